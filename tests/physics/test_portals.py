@@ -18,16 +18,17 @@ from addon.streams import Device
 from tests.measure import rendered
 from tests.scenes import Builder, camera, orthographic, plain_material
 
+from .test_glass import glass
+
 SKY = world_light("sky", (1.0, 1.5, 2.0))
 SETTINGS: dict[str, Any] = {"width": 24, "height": 24, "photons": 20000}
 ROUGH = {"alpha_x": 0.06, "alpha_y": 0.06, "turn": 0.0, "compensated": 1.0}
+VIEW = orthographic((0, 2.0, 1.9), (1, 0, 0), (0, 1, 0), 3.6)
 WALL = plain_material("wall", (0.5, 0.5, 0.5))
 
 
-def room(side: bool = False, ball: float | None = None) -> Scene:
-    """A room 4 m deep, with a window in one wall, or in another, too, and its floor seen from
-    above; `ball`: with a ball in it, that far to one side."""
-    built = Builder()
+def add_room(built: Builder, side: bool) -> None:
+    """4 m deep, with a window in one wall, or in another, too."""
     built.box((-2, -0.2, -0.2), (2, 4.2, 0), 0).box((-2, -0.2, 2), (2, 4.2, 2.2), 0)
     built.box((-2.2, -0.2, 0), (-2, 4.2, 2), 0).box((-2, 4, 0), (2, 4.2, 2), 0)
     for x in (-2.0, 0.5):
@@ -38,10 +39,15 @@ def room(side: bool = False, ball: float | None = None) -> Scene:
         built.box((2, 2.5, 0), (2.2, 3.3, 0.8), 0).box((2, 2.5, 1.5), (2.2, 3.3, 2), 0)
     else:
         built.box((2, -0.2, 0), (2.2, 4.2, 2), 0)
+
+
+def room(side: bool = False, ball: float | None = None) -> Scene:
+    """Its floor from above; `ball`: with one in it, that far to one side."""
+    built = Builder()
+    add_room(built, side)
     if ball is not None:
         built.sphere((ball, 2.0, 0.6), 0.5)
-    view = orthographic((0, 2.0, 1.9), (1, 0, 0), (0, 1, 0), 3.6)
-    return built.scene(view, [SKY], [WALL])
+    return built.scene(VIEW, [SKY], [WALL])
 
 
 def found(renderer: Any) -> NDArray[Any]:
@@ -94,6 +100,25 @@ def test_light_is_the_same_and_quieter(
     _, other, _ = direct(device, scene, passes, backend=backend, seed=5)
     variance, before = ((a - b).var() / 2 for a, b in ((through, again), (plain, other)))
     assert variance < before / 50
+    chance = np.sqrt((variance + before) / 2 / plain.size)
+    assert abs((through + again).mean() - (plain + other).mean()) / 2 < 4 * chance
+
+
+def test_a_glazed_window_is_found(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Shadow rays pass its pane: the mean to its noise, and a thirtieth of the variance."""
+    built = Builder()
+    add_room(built, side=False)
+    built.box((-0.5, -0.11, 0.8), (0.5, -0.09, 1.5), 1)
+    scene = built.scene(VIEW, [SKY], [WALL, glass(1.5)])
+    portals, through, _ = direct(device, scene, 16)
+    assert len(portals) == 1
+    _, again, _ = direct(device, scene, 16, seed=5)
+    without(monkeypatch)
+    none, plain, _ = direct(device, scene, 16)
+    assert not len(none)
+    _, other, _ = direct(device, scene, 16, seed=5)
+    variance, before = ((a - b).var() / 2 for a, b in ((through, again), (plain, other)))
+    assert variance < before / 30
     chance = np.sqrt((variance + before) / 2 / plain.size)
     assert abs((through + again).mean() - (plain + other).mean()) / 2 < 4 * chance
 

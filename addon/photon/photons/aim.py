@@ -152,7 +152,8 @@ class Aiming:
             return self._plain
         with ThreadPoolExecutor(1) as thread:  # while the host waits for photons
             if tables.has_world:
-                portals = thread.submit(portals_of, view, self._mesh, tables.transparent)
+                passed = tables.transparent | tables.clear  # by shadow rays to it
+                portals = thread.submit(portals_of, view, self._mesh, passed)
             starts = self._learn_starts(view)
         if tables.has_world:
             tables.set_shadow_portals(portals.result())

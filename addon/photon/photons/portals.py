@@ -49,7 +49,7 @@ def portals_of(view: View, mesh: Mesh, transparent: NDArray[np.bool_]) -> NDArra
     """(n,) of PORTAL: as many as leave the least variance of direct light from all around, by rays
     that did not make them; none if that gains little.
 
-    `transparent` (K,): which triangles light passes.
+    `transparent` (K,): which triangles shadow rays to the world pass.
     """
     some = np.linspace(0, len(view.places) - 1, PLACES).astype(int)
     places, normals = view.places[some], view.normals[some]
