@@ -14,6 +14,7 @@ from addon.photon.prepare import prepare
 from addon.photon.scene import Lobe, Material, Scene, phong, world_light
 from addon.photon.settings import Settings
 from addon.photon.stage.light_tree import MOST_ASKED
+from addon.photon.stage.portals import WORLD_RAYS
 from addon.streams import Device, Kernel
 from tests.scenes import Builder, backdrop, cornell, plain_material, with_cone
 from tests.stability.table import Measured
@@ -303,13 +304,14 @@ def test_more_lights_than_a_point_asks(device: Device, compiled: list[str], more
 
 
 def test_native_way_of_shadow_rays(device: Device, compiled: list[str]) -> None:
-    """A program for each kind, launched once a light that there is to ask; without any, none."""
+    """A program for each kind, launched once a light that there is to ask, and oftener for the sky,
+    which shines in by the front; without any, none."""
     camera = replace(cornell().lights[0], found_by=("camera",))
     sky = world_light("sky", (0.1,) * 3)
     scene = replace(cornell(), lights=(*cornell().lights * 6, sky, camera))
     launches, images = run(device, scene, backend="native")
     assert "direct" not in launches
-    assert launches["shadow_rays"] == 7 * PASSES
+    assert launches["shadow_rays"] == (6 + WORLD_RAYS) * PASSES
     assert sum(name.startswith("shadow_rays ") for name in compiled) == 2
     assert images["Direct"].mean() > 0
     compiled.clear()
