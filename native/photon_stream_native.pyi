@@ -207,6 +207,7 @@ def fit_window(
     angles: NDArray[np.float32],
     frames: NDArray[np.float32],
     share: float,
+    dark: float,
 ) -> NDArray[np.float32]: ...
 def random_numbers(
     elements: NDArray[np.uint32], seed: int, pass_index: int, dimension: int

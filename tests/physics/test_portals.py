@@ -11,9 +11,10 @@ import pytest
 from numpy.typing import NDArray
 
 from addon.photon.photons import aim
-from addon.photon.photons.portals import NO_PORTALS
+from addon.photon.photons.portals import NO_PORTALS, _stopped_by
 from addon.photon.scene import Image, Lobe, Material, Scene, environment_light, world_light
 from addon.photon.stage import tables
+from addon.photon.stage.geometry import Mesh, frame_of
 from addon.streams import Device
 from tests.measure import rendered
 from tests.scenes import Builder, camera, orthographic, plain_material
@@ -74,6 +75,27 @@ def test_a_window_is_found(device: Device) -> None:
     assert abs(portal["axis"][1]) > 0.99
     area = portal["width"] * portal["height"] * frame.scale**2
     assert 0.6 < area < 0.8  # of 0.7
+
+
+def test_rays_end_at_what_is_nearest() -> None:
+    """Windows are fitted along that, so it must not depend on the tree; or behind what is clear."""
+    rays = np.zeros((50, 6))
+    rays[:, :2] = np.random.default_rng(3).uniform(-0.9, 0.9, (50, 2))
+    rays[:, 5] = 0.01
+    for heights in (range(1, 7), range(6, 0, -1)):
+        built = Builder()
+        for z in heights:
+            built.quad((-1, -1, z), (1, -1, z), (1, 1, z), (-1, 1, z), 0)
+        scene = built.scene(VIEW, [SKY], [WALL])
+        frame = frame_of(scene)
+        mesh = Mesh.build(scene, frame)
+        inside = rays.copy()
+        inside[:, :3] = (rays[:, :3] - frame.centre) / frame.scale
+        inside[:, 3:] = (0.0, 0.0, 1.0)
+        z = mesh.corners[:, 0, 2] * frame.scale + frame.centre[2]
+        for clear in (0.0, 2.5):
+            ends = _stopped_by(inside, mesh, z < clear)
+            np.testing.assert_allclose(z[ends], 1.0 if clear == 0.0 else 3.0, atol=1e-4)
 
 
 def test_two_windows_are_found(device: Device) -> None:

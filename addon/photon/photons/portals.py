@@ -132,6 +132,7 @@ def _fitted(
                 angles[comes].astype(np.float32),
                 _frames(mesh, ends[ends >= 0], rectangle.frame[0]),
                 SHARE,
+                DARK,
             )
             before.append(_Rectangle.of(found.reshape(-1).view(PORTAL.dtype)[0]))
         else:

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use crate::InvalidInput;
 use crate::portals::{MOST_PORTALS, Portal};
 use crate::random::random4;
-use crate::vector::{Vector, cross};
+use crate::vector::Vector;
 use rectangle::{LEAST_SIDE, MOST_SIDE, Rectangle};
 use segments::{Block, Segment, add, meet, segments_of, weights};
 pub use window::{Seen, Way, fit_window};
@@ -37,9 +37,8 @@ const BETTER_AT_MOST: f32 = 1.5;
 const SEED: u32 = 1;
 /// Which nothing sees.
 const NO_PORTAL: Portal = [[0.0; 4]; 3];
-/// Where a rectangle is fitted: how much of what comes through may be beyond each side, how much wider the one
-/// is that it is fitted to, of halves of sides, how much wider it is made, and by how many segments at least.
-const BEYOND: [f64; 3] = [0.0, 0.004, 0.02];
+/// Where a rectangle is fitted: how much wider the one is that it is fitted to, of halves of sides, how much wider
+/// it is made, and by how many segments at least.
 const LOOSE: f32 = 0.75;
 const MARGIN: f32 = 1.05;
 const FEWEST: usize = 8;
@@ -83,7 +82,7 @@ pub fn search(
         for at in 0..others.len() {
             let own = others.remove(at);
             let search = Search::beside(&others, &segments, whole);
-            let (its_own, own) = search.climbed(own, LAST_STEPS, number << 4 | at as u32 | 1 << 16);
+            let (its_own, own) = search.better(own, LAST_STEPS, number << 4 | at as u32 | 1 << 16);
             others.insert(at, own);
             better = its_own;
         }
@@ -93,6 +92,54 @@ pub fn search(
         (found, gain) = (others, better);
     }
     Ok((found.iter().map(Rectangle::portal).collect(), gain))
+}
+
+/// What rectangles are made better for.
+trait Climb: Sync {
+    /// Where one is fitted: how much of what comes through may be beyond each side.
+    const BEYOND: [f64; 3];
+    /// No side becomes longer.
+    const MOST_SIDE: f32;
+
+    /// More is better.
+    fn gain(&self, rectangle: &Rectangle) -> f32;
+
+    /// The rectangle in the plane of another one through which most comes.
+    fn fitted(&self, rectangle: Rectangle, beyond: f64) -> Rectangle;
+
+    /// A rectangle near by that gains more, and its gain; `draw`: numbers of a step. Where threads are idle steps are
+    /// tried ahead, as if none before them led on: the first that does is the one that is found without.
+    fn climbed(
+        &self,
+        mut rectangle: Rectangle,
+        steps: u32,
+        draw: impl Fn(u32, u32) -> [f32; 4] + Sync,
+    ) -> (f32, Rectangle) {
+        let (mut gain, mut far) = (self.gain(&rectangle), 1.0f32);
+        let ahead = rayon::current_num_threads().min(MOST_AHEAD);
+        let mut step = 0;
+        while step < steps {
+            let fars = std::iter::successors(Some(far), |far| Some(nearer(*far)));
+            let begun: Vec<(u32, f32)> = (step..steps).zip(fars).take(ahead).collect();
+            let tried: Vec<(f32, Rectangle)> = begun
+                .par_iter()
+                .map(|&(step, far)| {
+                    let mut other = rectangle.changed(far, Self::MOST_SIDE, |k| draw(step, k));
+                    if let Some(&beyond) = Self::BEYOND.get(step as usize % (1 + Self::BEYOND.len())) {
+                        other = self.fitted(other, beyond);
+                    }
+                    (self.gain(&other), other)
+                })
+                .collect();
+            let better = tried.iter().position(|(its_own, _)| *its_own > gain);
+            let (last, last_far) = begun[better.unwrap_or(begun.len() - 1)];
+            (step, far) = (last + 1, nearer(last_far));
+            if let Some(at) = better {
+                ((gain, rectangle), far) = (tried[at], (1.5 * last_far).min(1.0));
+            }
+        }
+        (gain, rectangle)
+    }
 }
 
 /// The search for one more portal.
@@ -123,18 +170,6 @@ impl<'a> Search<'a> {
         Search { segments, blocks, chances, whole }
     }
 
-    /// How much less variance one more portal leaves at equal time, over what there is without any.
-    fn gain(&self, rectangle: &Rectangle) -> f32 {
-        let (own, seeing) = weights_with(&self.blocks, &rectangle.portal());
-        let (mut left, mut weight) = (0.0, 1.0);
-        for (segment, own) in self.segments.iter().zip(own) {
-            weight = if segment.is_first { own } else { weight * own };
-            left += segment.mass * weight;
-        }
-        let longer = 1.0 + LONGER * f64::from(seeing) / self.segments.len() as f64;
-        (self.whole / (left.max(1.0e-300) * longer)) as f32
-    }
-
     /// The best of those that are drawn and climbed from, with its gain.
     fn best(&self, which: u32) -> Option<(f32, Rectangle)> {
         let count = (LOOKED_AT / self.segments.len().max(1)).clamp(*TRIED.start(), *TRIED.end());
@@ -142,7 +177,7 @@ impl<'a> Search<'a> {
             .into_par_iter()
             .map(|number| {
                 let rectangle = self.drawn(|k| random4(SEED, which, number, k));
-                let rectangle = self.fitted(rectangle, BEYOND[number as usize % BEYOND.len()]);
+                let rectangle = self.fitted(rectangle, Self::BEYOND[number as usize % Self::BEYOND.len()]);
                 (self.gain(&rectangle), rectangle)
             })
             .collect();
@@ -151,47 +186,14 @@ impl<'a> Search<'a> {
         let better: Vec<(f32, Rectangle)> = tried
             .into_par_iter()
             .enumerate()
-            .map(|(number, (_, rectangle))| self.climbed(rectangle, STEPS, which | (number as u32) << 8))
+            .map(|(number, (_, rectangle))| self.better(rectangle, STEPS, which | (number as u32) << 8))
             .collect();
         better.into_iter().reduce(|one, other| if other.0 > one.0 { other } else { one })
     }
 
     /// A better one near by.
-    fn climbed(&self, rectangle: Rectangle, steps: u32, which: u32) -> (f32, Rectangle) {
-        let gain = |one: &Rectangle| self.gain(one);
-        climbed(rectangle, steps, gain, |one, step, far| {
-            let other = one.changed(far, MOST_SIDE, |k| random4(SEED, which, step, 16 + k));
-            match BEYOND.get(step as usize % (1 + BEYOND.len())) {
-                Some(&beyond) => self.fitted(other, beyond),
-                None => other,
-            }
-        })
-    }
-
-    /// The rectangle in the plane of another one through which most segments come that come about through that:
-    /// on each side a share of what they matter may be beyond.
-    fn fitted(&self, rectangle: Rectangle, beyond: f64) -> Rectangle {
-        let portal = rectangle.portal();
-        let [[x, y, z, _], [cx, cy, cz, _], [ax, ay, az, _]] = portal;
-        let (mut centre, across, axis) = ([x, y, z], [cx, cy, cz], [ax, ay, az]);
-        let mut met = Vec::with_capacity(self.segments.len());
-        meet(&self.blocks, &portal, LOOSE, &mut met);
-        let matters = |at: usize| self.chances[at] - if at > 0 { self.chances[at - 1] } else { 0.0 };
-        let whole: f64 = met.iter().map(|&(number, _)| matters(number)).sum();
-        if met.len() < FEWEST || whole <= 0.0 {
-            return rectangle;
-        }
-        let mut sides = [0.0; 2];
-        for (k, along) in [across, cross(axis, across)].into_iter().enumerate() {
-            let mut ordered: Vec<(f32, f64)> =
-                met.iter().map(|&(number, at)| (at[k], matters(number))).collect();
-            ordered.sort_unstable_by(|one, other| one.0.total_cmp(&other.0).then(one.1.total_cmp(&other.1)));
-            let low = edge(ordered.iter(), beyond * whole);
-            let high = edge(ordered.iter().rev(), beyond * whole);
-            centre = std::array::from_fn(|i| centre[i] + 0.5 * (low + high) * along[i]);
-            sides[k] = (MARGIN * (high - low)).clamp(0.1 * LEAST_SIDE, MOST_SIDE).ln();
-        }
-        Rectangle { middle: centre, axis, across, sides }
+    fn better(&self, rectangle: Rectangle, steps: u32, which: u32) -> (f32, Rectangle) {
+        self.climbed(rectangle, steps, |step, k| random4(SEED, which, step, 16 + k))
     }
 
     /// A rectangle about a place on a segment, half of them where another one is closest, as in a gap; across the
@@ -217,36 +219,39 @@ impl<'a> Search<'a> {
     }
 }
 
-/// A rectangle near by that gains more, and its gain; `change`: another one, by which step it is and how far that may
-/// go. Where threads are idle steps are tried ahead, as if none before them led on: the first that does is the one
-/// that is found without.
-fn climbed(
-    mut rectangle: Rectangle,
-    steps: u32,
-    gain_of: impl Fn(&Rectangle) -> f32 + Sync,
-    change: impl Fn(&Rectangle, u32, f32) -> Rectangle + Sync,
-) -> (f32, Rectangle) {
-    let (mut gain, mut far) = (gain_of(&rectangle), 1.0f32);
-    let ahead = rayon::current_num_threads().min(MOST_AHEAD);
-    let mut step = 0;
-    while step < steps {
-        let fars = std::iter::successors(Some(far), |far| Some(nearer(*far)));
-        let begun: Vec<(u32, f32)> = (step..steps).zip(fars).take(ahead).collect();
-        let tried: Vec<(f32, Rectangle)> = begun
-            .par_iter()
-            .map(|&(step, far)| {
-                let other = change(&rectangle, step, far);
-                (gain_of(&other), other)
-            })
-            .collect();
-        let better = tried.iter().position(|(its_own, _)| *its_own > gain);
-        let (last, last_far) = begun[better.unwrap_or(begun.len() - 1)];
-        (step, far) = (last + 1, nearer(last_far));
-        if let Some(at) = better {
-            ((gain, rectangle), far) = (tried[at], (1.5 * last_far).min(1.0));
+impl Climb for Search<'_> {
+    const BEYOND: [f64; 3] = [0.0, 0.004, 0.02];
+    const MOST_SIDE: f32 = MOST_SIDE;
+
+    /// How much less variance one more portal leaves at equal time, over what there is without any.
+    fn gain(&self, rectangle: &Rectangle) -> f32 {
+        let (own, seeing) = weights_with(&self.blocks, &rectangle.portal());
+        let (mut left, mut weight) = (0.0, 1.0);
+        for (segment, own) in self.segments.iter().zip(own) {
+            weight = if segment.is_first { own } else { weight * own };
+            left += segment.mass * weight;
         }
+        let longer = 1.0 + LONGER * f64::from(seeing) / self.segments.len() as f64;
+        (self.whole / (left.max(1.0e-300) * longer)) as f32
     }
-    (gain, rectangle)
+
+    /// By segments that come about through that: a share of what they matter may be beyond.
+    fn fitted(&self, rectangle: Rectangle, beyond: f64) -> Rectangle {
+        let mut met = Vec::with_capacity(self.segments.len());
+        meet(&self.blocks, &rectangle.portal(), LOOSE, &mut met);
+        let matters = |at: usize| self.chances[at] - if at > 0 { self.chances[at - 1] } else { 0.0 };
+        let whole: f64 = met.iter().map(|&(number, _)| matters(number)).sum();
+        if met.len() < FEWEST || whole <= 0.0 {
+            return rectangle;
+        }
+        let ends = [0, 1].map(|k| {
+            let mut ordered: Vec<(f32, f64)> =
+                met.iter().map(|&(number, at)| (at[k], matters(number))).collect();
+            ordered.sort_unstable_by(|one, other| one.0.total_cmp(&other.0).then(one.1.total_cmp(&other.1)));
+            [edge(ordered.iter(), beyond * whole), edge(ordered.iter().rev(), beyond * whole)]
+        });
+        rectangle.resized(ends, MARGIN, [0.1 * LEAST_SIDE, MOST_SIDE])
+    }
 }
 
 /// Photons' fluxes that took each segment, over what they are without portals, if there is one more; how many see any.

@@ -38,6 +38,19 @@ impl Rectangle {
         [row(self.middle, width), row(across, height), row(axis, 0.0)]
     }
 
+    /// In the same plane from a low to a high end along each side, from the middle, `wider` than that by so many
+    /// times, and no side shorter than `least` or longer than `most`.
+    pub(super) fn resized(&self, ends: [[f32; 2]; 2], wider: f32, [least, most]: [f32; 2]) -> Rectangle {
+        let [_, [cx, cy, cz, _], [ax, ay, az, _]] = self.portal();
+        let (across, axis) = ([cx, cy, cz], [ax, ay, az]);
+        let mut middle = self.middle;
+        for ([low, high], along) in ends.into_iter().zip([across, cross(axis, across)]) {
+            middle = std::array::from_fn(|i| middle[i] + 0.5 * (low + high) * along[i]);
+        }
+        let sides = ends.map(|[low, high]| (wider * (high - low)).clamp(least, most).ln());
+        Rectangle { middle, axis, across, sides }
+    }
+
     /// Another one, changed in one way by as much as `far` tells: an edge is moved, or it is shifted across its
     /// plane, or turned. No side becomes longer than `most`.
     pub(super) fn changed(&self, far: f32, most: f32, draw: impl Fn(u32) -> [f32; 4]) -> Rectangle {

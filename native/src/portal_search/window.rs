@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
-use super::climbed;
+use super::Climb;
 use super::rectangle::Rectangle;
 use crate::InvalidInput;
 use crate::portals::Portal;
@@ -16,16 +16,12 @@ use crate::vector::{Vector, cross, dot};
 /// How deep first rectangles are tried, of their shorter side.
 const DEPTHS: [f32; 7] = [-0.6, -0.3, -0.12, 0.0, 0.12, 0.3, 0.6];
 const STEPS: u32 = 120;
-/// How much of what comes through may be beyond each side, where sides are fitted, and how much wider it is made.
-const BEYOND: [f32; 3] = [0.0, 0.005, 0.02];
+/// How much wider one is made that is fitted, and its shortest side.
+const LEAST_SIDE: f32 = 1.0e-4;
 const MARGIN: f32 = 1.01;
 /// How much wider the one is made that is found, and how much more variance may be left where all ways go through it.
 const WIDER: f32 = 1.03;
 const LOOSER: f64 = 1.15;
-/// No side is longer: all that is there is within one scene unit of the middle.
-const MOST_SIDE: f32 = 4.0;
-/// Below this share of what falls on places in the mean errors are not relative to it, as where errors are measured.
-const DARK: f64 = 0.1;
 const SEED: u32 = 2;
 
 /// A place of the picture, and its normal.
@@ -64,7 +60,8 @@ struct Plane {
 }
 
 /// The rectangle of the least variance near a portal, or with the axis and the side of a frame, where a `share` of
-/// shadow rays goes through it by solid angle and the others by the cosine.
+/// shadow rays goes through it by solid angle and the others by the cosine, and errors are relative to what falls on
+/// each place, or in the mean below a share of `dark` of that.
 ///
 /// # Errors
 /// A way from no place; an angle that is no number.
@@ -74,6 +71,7 @@ pub fn fit_window(
     ways: &[Way],
     frames: &[[Vector; 2]],
     share: f64,
+    dark: f64,
 ) -> Result<Portal, InvalidInput> {
     if let Some(row) = ways.iter().position(|way| way.place as usize >= places.len()) {
         return Err(InvalidInput(format!("place[{row}] = {} is none of {}", ways[row].place, places.len())));
@@ -81,13 +79,13 @@ pub fn fit_window(
     if let Some(row) = ways.iter().position(|way| !(way.angle.is_finite() && way.angle >= 0.0)) {
         return Err(InvalidInput(format!("angles[{row}] = {} is no solid angle", ways[row].angle)));
     }
-    let fit = Fit::new(places, ways, share);
+    let fit = Fit::new(places, ways, share, dark);
     let own = Rectangle::of(portal);
     let shorter = own.sides[0].min(own.sides[1]).exp();
     let of_frame = |&[axis, across]: &[Vector; 2]| {
         DEPTHS.map(|depth| {
             let middle = std::array::from_fn(|k| own.middle[k] + depth * shorter * axis[k]);
-            fit.fitted(Rectangle { middle, axis, across, sides: own.sides }, BEYOND[0])
+            fit.fitted(Rectangle { middle, axis, across, sides: own.sides }, 0.0)
         })
     };
     let mut tried: Vec<Rectangle> = frames.iter().flat_map(of_frame).collect();
@@ -97,14 +95,7 @@ pub fn fit_window(
         .map(|one| (fit.variance(&one), one))
         .reduce_with(|one, other| if other.0 < one.0 { other } else { one })
         .unwrap_or((0.0, own));
-    let gain = |one: &Rectangle| (1.0 / fit.variance(one)) as f32;
-    let (_, found) = climbed(start, STEPS, gain, |one, step, far| {
-        let other = one.changed(far, MOST_SIDE, |k| random4(SEED, 0, step, k));
-        match BEYOND.get(step as usize % (1 + BEYOND.len())) {
-            Some(&beyond) => fit.fitted(other, beyond),
-            None => other,
-        }
-    });
+    let (_, found) = fit.climbed(start, STEPS, |step, k| random4(SEED, 0, step, k));
     // Ways that are few, and brightest where a portal misses them, may be among none of these.
     let whole = fit.fitted(found, 0.0).wider(WIDER);
     let own = found.wider(WIDER);
@@ -113,14 +104,14 @@ pub fn fit_window(
 }
 
 impl<'a> Fit<'a> {
-    fn new(places: &'a [Seen], ways: &'a [Way], share: f64) -> Fit<'a> {
+    fn new(places: &'a [Seen], ways: &'a [Way], share: f64, dark: f64) -> Fit<'a> {
         let cosine = |way: &Way| f64::from(dot(places[way.place as usize].normal, way.direction)).max(0.0);
         let cosines: Vec<f64> = ways.iter().map(cosine).collect();
         let mut falls = vec![0.0; places.len()];
         for (way, cosine) in ways.iter().zip(&cosines) {
             falls[way.place as usize] += cosine * f64::from(way.angle);
         }
-        let dark = DARK * falls.iter().sum::<f64>() / falls.len().max(1) as f64;
+        let dark = dark * falls.iter().sum::<f64>() / falls.len().max(1) as f64;
         let mass = |(way, cosine): (&Way, &f64)| {
             let falls = falls[way.place as usize];
             cosine * cosine * f64::from(way.angle) / (falls * falls + dark * dark)
@@ -151,32 +142,31 @@ impl<'a> Fit<'a> {
         let mean = found / self.places.len() as f64;
         if mean.is_finite() { mean.max(1.0e-12) } else { f64::INFINITY }
     }
+}
 
-    /// The rectangle in the plane of another one through which most ways go.
-    fn fitted(&self, rectangle: Rectangle, beyond: f32) -> Rectangle {
+impl Climb for Fit<'_> {
+    const BEYOND: [f64; 3] = [0.0, 0.005, 0.02];
+    /// All that is there is within one scene unit of the middle.
+    const MOST_SIDE: f32 = 4.0;
+
+    fn gain(&self, rectangle: &Rectangle) -> f32 {
+        (1.0 / self.variance(rectangle)) as f32
+    }
+
+    /// By ways that meet the plane.
+    fn fitted(&self, rectangle: Rectangle, beyond: f64) -> Rectangle {
         let plane = Plane::of(&rectangle, self.places);
-        let [across, _, axis] = plane.axes;
-        let (mut middle, mut at): (Vector, [Vec<f32>; 2]) = (rectangle.middle, Default::default());
-        for way in self.ways {
-            let [x, y] = plane.met(way);
-            if x.is_finite() && y.is_finite() {
-                at[0].push(x);
-                at[1].push(y);
-            }
-        }
-        let few = (beyond * at[0].len() as f32) as usize;
-        if at[0].len() <= 2 * few {
+        let met = |way: &Way| Some(plane.met(way)).filter(|at| at.iter().all(|x| x.is_finite()));
+        let met: Vec<[f32; 2]> = self.ways.iter().filter_map(met).collect();
+        let few = (beyond * met.len() as f64) as usize;
+        if met.len() <= 2 * few {
             return rectangle;
         }
-        let mut sides = [0.0; 2];
-        for (k, along) in plane.axes.into_iter().take(2).enumerate() {
-            let last = at[k].len() - 1 - few;
-            let low = *at[k].select_nth_unstable_by(few, f32::total_cmp).1;
-            let high = *at[k].select_nth_unstable_by(last, f32::total_cmp).1;
-            middle = std::array::from_fn(|i| middle[i] + 0.5 * (low + high) * along[i]);
-            sides[k] = (MARGIN * (high - low)).clamp(1.0e-4, MOST_SIDE).ln();
-        }
-        Rectangle { middle, axis, across, sides }
+        let ends = [0, 1].map(|k| {
+            let mut along: Vec<f32> = met.iter().map(|at| at[k]).collect();
+            [few, met.len() - 1 - few].map(|rank| *along.select_nth_unstable_by(rank, f32::total_cmp).1)
+        });
+        rectangle.resized(ends, MARGIN, [LEAST_SIDE, Self::MOST_SIDE])
     }
 }
 
@@ -249,8 +239,8 @@ mod tests {
         let tilted: Portal = [[0.05, 0.1, 0.1, 1.4], [0.98, 0.199, 0.0, 0.9], [0.0, 0.3, 0.954, 0.0]];
         // Without knowing what stands about it only nearly.
         for (frames, close) in [(&[[[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]][..], 0.05), (&[], 0.5)] {
-            let found = fit_window(&tilted, &places, &ways, frames, 0.75).unwrap();
-            let fit = Fit::new(&places, &ways, 0.75);
+            let found = fit_window(&tilted, &places, &ways, frames, 0.75, 0.1).unwrap();
+            let fit = Fit::new(&places, &ways, 0.75, 0.1);
             let [before, after] = [tilted, found].map(|one| fit.variance(&Rectangle::of(&one)));
             assert!(after < 0.75 * before, "{before} {after}");
             let [[x, y, z, width], [.., height], [.., axis, _]] = found;
@@ -265,7 +255,7 @@ mod tests {
         let portal = [[0.0, 0.0, 0.0, 1.0], [1.0, 0.0, 0.0, 1.0], [0.0, 0.0, 1.0, 0.0]];
         let places = [Seen { position: [0.0; 3], normal: [0.0, 0.0, 1.0] }];
         let way = |place, angle| [Way { place, direction: [0.0, 0.0, 1.0], angle }];
-        assert!(fit_window(&portal, &places, &way(1, 1.0), &[], 0.75).is_err());
-        assert!(fit_window(&portal, &places, &way(0, f32::NAN), &[], 0.75).is_err());
+        assert!(fit_window(&portal, &places, &way(1, 1.0), &[], 0.75, 0.1).is_err());
+        assert!(fit_window(&portal, &places, &way(0, f32::NAN), &[], 0.75, 0.1).is_err());
     }
 }

@@ -109,7 +109,8 @@ pub(super) fn photon_portals<'py>(
 
 /// A window through which light comes from all around, float32[3, 4] laid out as LAYOUTS says of Portal: the rectangle,
 /// near a portal float32[3, 4] or by an axis and a side of frames float32[k, 6], that leaves the least variance where a
-/// `share` of shadow rays goes through it. Takes places float32[m, 3] with their normals float32[m, 3], and ways by
+/// `share` of shadow rays goes through it, errors relative to what falls on a place, or in the mean below a share of
+/// `dark` of that. Takes places float32[m, 3] with their normals float32[m, 3], and ways by
 /// which light comes: from which place uint32[n], unit directions float32[n, 3], and for how much of all directions
 /// each stands, float32[n]. Raises ValueError for what is no place and no solid angle.
 #[pyfunction]
@@ -124,6 +125,7 @@ pub(super) fn fit_window<'py>(
     angles: &Bound<'py, PyAny>,
     frames: &Bound<'py, PyAny>,
     share: f64,
+    dark: f64,
 ) -> PyResult<Rows<'py>> {
     let portal = array::<f32>(portal, "portal", &[Some(3), Some(4)])?;
     let &[a, b, c] = rows::<f32, 4>(&portal)? else { unreachable!("three rows") };
@@ -145,7 +147,7 @@ pub(super) fn fit_window<'py>(
         let way = |((&place, &direction), &angle)| portal_search::Way { place, direction, angle };
         let ways: Vec<_> = from_place.iter().zip(directions).zip(angles).map(way).collect();
         let frames: Vec<_> = frames.iter().map(|&[a, b, c, d, e, f]| [[a, b, c], [d, e, f]]).collect();
-        portal_search::fit_window(&[a, b, c], &seen, &ways, &frames, share)
+        portal_search::fit_window(&[a, b, c], &seen, &ways, &frames, share, dark)
     })?;
     new_rows(py, found.to_vec())
 }
