@@ -20,6 +20,7 @@ from ..streams import TABLE_WIDTH
 from .backends.backend import Backend
 from .backends.sizes import FIXED, TEXEL, Bytes, PhotonCounts, Pool
 from .errors import PhotonStreamError, SceneError, SettingsError
+from .eye.path import paths_together
 from .film.strips import strips_of
 from .kernels.records import LIGHT, LIGHT_NODE, LIGHT_PLACE, VOXEL
 from .photons.mapper import pilot_photons
@@ -44,6 +45,8 @@ FEATURES = 3 * 24  # and of those of what denoisers go by
 # Denoising's: arrays, and what OpenImageDenoise takes, which works in tiles where that is more.
 DENOISED, DENOISER, MOST_DENOISER = 220, 520, 3 << 30
 STRIP = 500  # a strip's pixel's on the host: means and errors in float64
+# Of what is left for more paths; what they may take where nobody knows what there is [bytes].
+PART_OF_ROOM, ROOM_UNKNOWN = 4, 1 << 28
 MOST_GUESSED = 4.0  # deposits a photon, before any was traced
 TANGENTS = 3 * TEXEL  # and as much on the host
 
@@ -113,7 +116,10 @@ class Budget:
         self._seen_send_rays = seen_send_rays(scene, settings, self._materials)
         self._strip = strips_of(settings.frame_region, backend.strip_pixels)[0].size
         self._pools = backend.sizes.pools(free_host_memory())
+        self.together = 1  # paths whose light is looked for together
         self.check()
+        if backend.works_alone and self._has_chains:
+            self.together = self._paths_together()
 
     def check(self, deposits: float | None = None) -> None:
         """Raise SettingsError or SceneError, naming what to lower, for what is too large here.
@@ -124,6 +130,13 @@ class Budget:
         self._check_textures(parts, deposits)
         for pool in self._pools:
             _check_pool(pool, {part: pool.taken(part.size) for part in parts})
+
+    def _paths_together(self) -> int:
+        """As many as fit in a part of what else the render leaves: they only save time."""
+        spare, (width, height) = self.spare(self._deposits(None)), self._strip
+        room = ROOM_UNKNOWN if spare is None else spare // PART_OF_ROOM
+        more = room // (TEXEL * self.path_textures * width * height)
+        return min(1 + max(more, 0), paths_together(self._strip))
 
     def spare(self, deposits: float) -> int | None:
         """What a render leaves of where its deposits are [bytes]; None: unknown."""
@@ -152,6 +165,7 @@ class Budget:
         )
         strip, images = self._strip[0] * self._strip[1], self._image_pixels
         textures = self.strip_textures + self.going_on
+        textures += (self.together - 1) * self.path_textures
         texels = self.film_textures * count + textures * strip
         texels += sizes.waiting(count, strip)
         host = PICTURE * count + STRIP * strip + settings.caller_bytes
@@ -223,6 +237,16 @@ class Budget:
                 others = leaves_lobes(self._lobes, kinds, gathering_kinds(self._materials))
                 count += sizes.gather_textures(self._gathers_lobes, native, others)
         return count
+
+    @cached_property
+    def path_textures(self) -> int:
+        """How many of these one of its paths takes, where rays go on."""
+        settings, lobes = self._settings, self._gathers_lobes
+        count = 18 + 2 * self._lobes + 2 * lobes + 3 * self._has_emitters
+        count += 3 * self._has_photons + 2 * settings.illuminance + 3 * self._is_transparent
+        count += 5 * self._has_media + self._scatters
+        count += settings.caustics * self._has_photons * (1 + 2 * lobes)
+        return count + any(material.scatters_below for material in self._materials)
 
     @cached_property
     def going_on(self) -> int:

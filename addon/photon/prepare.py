@@ -170,7 +170,8 @@ class _Preparation:
             mapper = self._mapper(device_scene, needs) if needs.photons else None
             strips = strips_of(settings.frame_region, backend.strip_pixels)
             scene, size = self._scene, strips[0].size
-            eye = Eye(backend, tables, device_scene.frame, scene, settings, needs, size)
+            frame, together = device_scene.frame, budget.together
+            eye = Eye(backend, tables, frame, scene, settings, needs, size, together)
             self._own.append(eye.release)
             eye.prepare()
             tables.footprint = eye.footprint

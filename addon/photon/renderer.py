@@ -95,10 +95,11 @@ class Renderer:
             image = self._images.begin()
             path: Path | None = self.eye.send(index, strip.region)
             while path and path.alive:
-                self.eye.shade(path)
-                emitted, direct = self.eye.emitted(path), self.eye.direct(path)
-                image.add(path, emitted, direct, self.eye.indirect(path, photons))
-                path = self.eye.scatter(path)
+                paths = self.eye.follow(path)
+                self.eye.look(paths, photons)
+                for each in paths:
+                    image.add(each)
+                path = self.eye.scatter(paths[-1])
                 if path and self.photons and strip is self.film.strips[-1]:
                     self.photons.prefetch(index + 1)  # while the host waits for what is alive
             images = image.finish()

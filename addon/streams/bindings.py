@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a program reads and writes, bound in one call a kind: each call takes the host time, which a
-GPU that has little to do waits for."""
+GPU that has little to do waits for. And a barrier between launches, but only where one needs what
+another has done: a GPU runs others at once, and a few slow threads of one hold up none of them.
+"""
 
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import moderngl
@@ -35,9 +37,47 @@ class Bindings:
         }
         self.is_whole = len(self._gl) == len(_FUNCTIONS)  # all of them are there
         self._arrays: dict[tuple[int, ...], Any] = {}
+        self._barrier: Callable[[], None] = ctx.memory_barrier
+        # OpenGL's names, of buffers below 0: what the next launch does, and what those did since
+        # the last barrier.
+        self._reads: list[int] = []
+        self._writes: list[int] = []
+        self._counts: list[int] = []
+        self._read: set[int] = set()
+        self._written: set[int] = set()
+        self._counted: set[int] = set()
+
+    def ready(self) -> None:
+        """To be called before each launch of a compute program, once all that it uses is bound."""
+        reads, writes, counts = self._reads, self._writes, self._counts
+        read, written, counted = self._read, self._written, self._counted
+        if not (
+            written.isdisjoint(reads)
+            and written.isdisjoint(writes)
+            and written.isdisjoint(counts)
+            and read.isdisjoint(writes)
+            and read.isdisjoint(counts)
+            and counted.isdisjoint(reads)
+            and counted.isdisjoint(writes)
+        ):
+            self.settle()
+        read.update(reads)
+        written.update(writes)
+        counted.update(counts)
+        reads.clear()
+        writes.clear()
+        counts.clear()
+
+    def settle(self) -> None:
+        """To be called before anything but a launch reads what programs write, or writes it."""
+        if self._written or self._counted:
+            self._barrier()
+        for of_launches in (self._read, self._written, self._counted):
+            of_launches.clear()
 
     def textures(self, textures: list[Any]) -> None:
         """To read, at units from 0."""
+        self._reads += [texture.glo for texture in textures]
         if not self.is_whole:
             for unit, texture in enumerate(textures):
                 texture.use(location=unit)
@@ -46,14 +86,29 @@ class Bindings:
 
     def images(self, textures: list[moderngl.Texture]) -> None:
         """To write texels of, at units from 0."""
+        self._writes += [texture.glo for texture in textures]
         if not self.is_whole:
             for unit, texture in enumerate(textures):
                 texture.bind_to_image(unit, read=False, write=True)
         elif textures:
             self._gl["glBindImageTextures"](0, len(textures), self._array(textures))
 
-    def buffers(self, buffers: list[moderngl.Buffer], first: int = 0) -> None:
-        """Of storage, from a binding on."""
+    def lists(self, buffers: list[moderngl.Buffer], first: int = 0) -> None:
+        """To read, from a binding of storage on."""
+        self._reads += [-buffer.glo for buffer in buffers]
+        self._bind(buffers, first)
+
+    def buffers(self, buffers: list[moderngl.Buffer]) -> None:
+        """To read and write, from the first binding of storage on."""
+        self._writes += [-buffer.glo for buffer in buffers]
+        self._bind(buffers, 0)
+
+    def counter(self, buffer: moderngl.Buffer, is_counting: bool) -> None:
+        """To add to, at the first binding of storage: in whatever order, which changes no sum."""
+        self._counts += [-buffer.glo] * is_counting
+        self._bind([buffer], 0)
+
+    def _bind(self, buffers: list[moderngl.Buffer], first: int) -> None:
         if not self.is_whole:
             for binding, buffer in enumerate(buffers, first):
                 buffer.bind_to_storage_buffer(binding)

@@ -80,8 +80,8 @@ class Program:
         self._program.set("count", count)
         groups = groups if groups is not None else -(-count // self._group)
         rows = -(-groups // _GROUPS_A_ROW)
+        bind.ready()
         self._program.program.run(min(groups, _GROUPS_A_ROW), rows)
-        self._device.ctx.memory_barrier()
         self._device.launched()
 
 

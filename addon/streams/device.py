@@ -141,6 +141,7 @@ class Device:
 
     def framebuffer(self, textures: Sequence[moderngl.Texture]) -> moderngl.Framebuffer:
         """A framebuffer that draws into `textures`; made once for each combination."""
+        self.bind.settle()
         key = tuple(texture.glo for texture in textures)
         if key not in self._framebuffers:
             if len(self._framebuffers) >= _CACHED_FRAMEBUFFERS:
@@ -191,13 +192,17 @@ class Device:
 
     def _take(self, key: tuple[Any, ...]) -> Any:
         spare = self._spare.get(key)
-        return spare.pop()[1] if spare else None
+        if not spare:
+            return None
+        self.bind.settle()  # who takes it may write to it by other ways than launches
+        return spare.pop()[1]
 
     def ask(self, buffer: moderngl.Buffer, count: int) -> Reading:
         """Ask for a buffer's first `count` uint32; the host may go on before it reads them.
 
         By way of a buffer of its own, as `read`. All that was launched is handed over to the GPU.
         """
+        self.bind.settle()
         reading = self._readback.ask(buffer, count)
         self._flush()
         self._launched = 0
@@ -218,7 +223,7 @@ class Device:
         """The texels of a texture of float32 RGBA as they are, at a buffer's beginning; the caller
         puts it back."""
         buffer = self.buffer(16 * texture.width * texture.height)
-        self._finish_drawing()
+        self._finish_writing()
         texture.read_into(buffer)
         return buffer
 
@@ -226,7 +231,7 @@ class Device:
         """The texels of a texture of float32 RGBA on the host, (count or all, 4)."""
         if count is None:
             data = np.empty((texture.width * texture.height, 4), np.float32)
-            self._finish_drawing()
+            self._finish_writing()
             texture.read_into(data)
             return data
         # By way of a buffer: for a part of a texture the driver would have to make a framebuffer.
@@ -253,6 +258,7 @@ class Device:
         across the bus are slow.
         """
         data = np.empty(count, np.float32)
+        self.bind.settle()
         if count:
             read = self._buffer(data.nbytes, _READ)
             self.ctx.copy_buffer(read, buffer, data.nbytes)
@@ -260,12 +266,13 @@ class Device:
             self.put_back(read)
         return data
 
-    def _finish_drawing(self) -> None:
-        """Wait until textures hold what was drawn into them, before the host reads one.
+    def _finish_writing(self) -> None:
+        """Wait until textures hold what was written and drawn into them, before one is read.
 
         Reading one waits for that in OpenGL, but not always in Mesa 22.3's llvmpipe: while
         other work kept the cores busy, films of short passes lacked most of these.
         """
+        self.bind.settle()
         if self.is_software:
             self.ctx.finish()
 

@@ -201,7 +201,7 @@ class Kernel:
             self._checked[names] = size
         textures: list[Any] = [streams[name].texture for name in self.inputs]
         self.device.bind.textures(textures + [tables[name] for name in self._textures])
-        self.device.bind.buffers([tables[name] for name in self._buffers], FIRST_LIST)
+        self.device.bind.lists([tables[name] for name in self._buffers], FIRST_LIST)
         self._program.set_all(uniforms)
         self._program.set("stream_size", size)
         self.launches += 1
@@ -231,10 +231,10 @@ class Kernel:
         self._program.set("is_counting", bool(count))
         tally = count if isinstance(count, Tally) else None
         self._program.set("alive_slot", tally.next_slot() if tally else 0)
-        self.device.bind.buffers([tally.buffer if tally else self.device.alive])
+        self.device.bind.counter(tally.buffer if tally else self.device.alive, bool(count))
         groups = [-(-n // g) for n, g in zip(size, self._group, strict=True)]
+        self.device.bind.ready()
         self._program.program.run(*groups)
-        self.device.ctx.memory_barrier()
         self.device.launched()
         if tally or not count:
             return no_count

@@ -45,6 +45,7 @@ class Stream:
                 f"stream of {self.record.name}: expected float32{expected}, "
                 f"got {data.dtype}{data.shape}"
             )
+        self.device.bind.settle()
         self.texture.write(np.ascontiguousarray(data))
 
     def download(self) -> NDArray[np.float32]:

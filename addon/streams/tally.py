@@ -18,6 +18,7 @@ class Tally:
 
     def clear(self) -> None:
         """Begin anew."""
+        self._device.bind.settle()
         self._device.ctx.copy_buffer(self.buffer, self._zeros)
         self._used = 0
 

@@ -129,16 +129,44 @@ RayHit trace(vec3 origin, vec3 direction, float t_max, int source) {
     float first = 0.0;  // the number of the best hit's triangle
     int stack[BVH_STACK];
     int depth = 0;
-    int node = 0;
+    // Each step is of a node, once the triangles of the one before are looked at, and of one of its triangles: SIMD
+    // neighbours wait for no leaf that has more of them (Aila & Laine 2009, "if-if").
+    int node = 0, at = 0, in_leaves = 0, from_left = 0, first_left = 0, first_right = 0;
+    float left_t = T_MAX, right_t = T_MAX;
+    bool left_inner = false, right_inner = false, is_root = true;
     while (true) {
-        Node both = node_at(node);
-        float left_t = enter_box(both.left_low, both.left_high, slabs, best.t);
-        float right_t = enter_box(both.right_low, both.right_high, slabs, best.t);
-        int left_count = int(both.left_count), right_count = int(both.right_count);
-        // Leaves at once, left before right, in one loop; inner children are kept for later.
-        int from_left = left_t < T_MAX ? left_count : 0, in_leaves = from_left + (right_t < T_MAX ? right_count : 0);
-        for (int i = 0; i < in_leaves; i++) {
-            int triangle = i < from_left ? int(both.left_first) + i : int(both.right_first) + i - from_left;
+        if (at == in_leaves) {
+            // Inner children are kept for later, but the nearer one.
+            bool go_left = left_inner && left_t <= best.t, go_right = right_inner && right_t <= best.t;
+            if (go_left && go_right) {
+                bool left_first = left_t <= right_t;
+                if (depth < BVH_STACK) stack[depth++] = left_first ? first_right : first_left;
+                node = left_first ? first_left : first_right;
+            } else if (go_left) {
+                node = first_left;
+            } else if (go_right) {
+                node = first_right;
+            } else if (depth > 0) {
+                node = stack[--depth];
+            } else if (!is_root) {
+                return best;
+            }
+            is_root = false;
+            Node both = node_at(node);
+            left_t = enter_box(both.left_low, both.left_high, slabs, best.t);
+            right_t = enter_box(both.right_low, both.right_high, slabs, best.t);
+            int left_count = int(both.left_count), right_count = int(both.right_count);
+            first_left = int(both.left_first);
+            first_right = int(both.right_first);
+            from_left = left_t < T_MAX ? left_count : 0;  // leaves at once, left before right
+            in_leaves = from_left + (right_t < T_MAX ? right_count : 0);
+            left_inner = left_count == 0 && left_t < T_MAX && first_left >= 0;
+            right_inner = right_count == 0 && right_t < T_MAX && first_right >= 0;
+            at = 0;
+        }
+        if (at < in_leaves) {
+            int triangle = at < from_left ? first_left + at : first_right + at - from_left;
+            at++;
             vec3 tuv;
             float number;
             if (triangle != source && intersect_triangle(ray, slabs, triangle, best.t, tuv, number)
@@ -156,21 +184,6 @@ RayHit trace(vec3 origin, vec3 direction, float t_max, int source) {
                 return best;
 #endif
             }
-        }
-        bool go_left = left_count == 0 && left_t < T_MAX && left_t <= best.t && both.left_first >= 0.0;
-        bool go_right = right_count == 0 && right_t < T_MAX && right_t <= best.t && both.right_first >= 0.0;
-        if (go_left && go_right) {
-            bool left_first = left_t <= right_t;
-            if (depth < BVH_STACK) stack[depth++] = int(left_first ? both.right_first : both.left_first);
-            node = int(left_first ? both.left_first : both.right_first);
-        } else if (go_left) {
-            node = int(both.left_first);
-        } else if (go_right) {
-            node = int(both.right_first);
-        } else if (depth > 0) {
-            node = stack[--depth];
-        } else {
-            return best;
         }
     }
     return best;  // never reached, but a compiler may not see that

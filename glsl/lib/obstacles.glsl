@@ -103,25 +103,31 @@ vec2 nearest_cut(Disc disc, vec2 cut) {
     float least = disc.radius * disc.radius;
     int stack[BVH_STACK];
     stack[0] = 0;
-    int depth = 1, looked_at = 0;
-    while (depth > 0) {
-        Node both = node_at(stack[--depth]);
-        for (int side = 0; side < 2; side++) {
-            bool left = side == 0;
-            vec3 box_low = left ? both.left_low : both.right_low, box_high = left ? both.left_high : both.right_high;
-            if (any(greaterThan(box_low, high)) || any(lessThan(box_high, low))) continue;
-            int first = int(left ? both.left_first : both.right_first);
-            int count = int(left ? both.left_count : both.right_count);
-            if (count == 0 && depth < BVH_STACK) stack[depth++] = first;
-            for (int i = first; i < first + count; i++) {
-                Near near = near_triangle(disc, i);
-                if (any(greaterThan(near.low, high)) || any(lessThan(near.high, low))) continue;
-                if (++looked_at > MOST_LOOKED_AT) return vec2(0.0);
-                bool at_low = crosses(near, disc.levels.x), at_high = crosses(near, disc.levels.y);
-                if (!(at_low || at_high) || bends_slowly(disc, near)) continue;
-                if (at_low) approach(segment_at(disc, near, disc.levels.x), cut, most, nearest, least);
-                if (at_high) approach(segment_at(disc, near, disc.levels.y), cut, most, nearest, least);
-            }
+    int depth = 1, looked_at = 0, at = 0, in_leaves = 0, from_left = 0, first_left = 0, first_right = 0;
+    while (true) {  // by nodes and triangles, as trace does
+        if (at == in_leaves) {
+            if (depth == 0) break;
+            Node both = node_at(stack[--depth]);
+            bool left = !any(greaterThan(both.left_low, high)) && !any(lessThan(both.left_high, low));
+            bool right = !any(greaterThan(both.right_low, high)) && !any(lessThan(both.right_high, low));
+            int left_count = int(both.left_count), right_count = int(both.right_count);
+            first_left = int(both.left_first);
+            first_right = int(both.right_first);
+            if (left && left_count == 0 && depth < BVH_STACK) stack[depth++] = first_left;
+            if (right && right_count == 0 && depth < BVH_STACK) stack[depth++] = first_right;
+            from_left = left ? left_count : 0;
+            in_leaves = from_left + (right ? right_count : 0);
+            at = 0;
+        }
+        if (at < in_leaves) {
+            Near near = near_triangle(disc, at < from_left ? first_left + at : first_right + at - from_left);
+            at++;
+            if (any(greaterThan(near.low, high)) || any(lessThan(near.high, low))) continue;
+            if (++looked_at > MOST_LOOKED_AT) return vec2(0.0);
+            bool at_low = crosses(near, disc.levels.x), at_high = crosses(near, disc.levels.y);
+            if (!(at_low || at_high) || bends_slowly(disc, near)) continue;
+            if (at_low) approach(segment_at(disc, near, disc.levels.x), cut, most, nearest, least);
+            if (at_high) approach(segment_at(disc, near, disc.levels.y), cut, most, nearest, least);
         }
     }
     return nearest / least;

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -47,8 +47,9 @@ class Eye:
         settings: Settings,
         needs: SceneNeeds,
         size: tuple[int, int],
+        together: int = 1,
     ) -> None:
-        """`size`: of a region."""
+        """`size`: of a region; `together`: paths whose light is looked for together at most."""
         device, layer = backend.device, backend.layer
         self._tally: Tally | None = None  # of rays that a path's bounces send
         self._tables, self._settings, self._needs = tables, settings, needs
@@ -86,6 +87,8 @@ class Eye:
         if needs.photons and settings.boundary_correction:
             self._cuts, self._coverage = backend.cuts(), backend.coverage(settings)
         self.streams = PathStreams(device, needs, self._coverage is not None, size)
+        self._places = [self.streams]  # of paths, one after the other and again from the first
+        self._together = min(together, 1 + self._most_bounces) if needs.secondary_rays else 1
         self._compaction: Compaction | None = None
         if needs.secondary_rays and backend.shares_memory:
             self._compaction = Compaction(self.streams)
@@ -99,6 +102,8 @@ class Eye:
             elements = np.zeros((medium.size[1], medium.size[0], 4), np.float32)
             elements[..., :2] = inside
             medium.upload(elements)
+        more = self._together - len(self._places)
+        self._places += [self.streams.of_size(self.streams.size) for _ in range(more)]
         self.footprint = self.camera.widths() if self._needs.programs.bumps else {}
 
     def send_ahead(self, index: int, region: Region) -> None:
@@ -143,6 +148,26 @@ class Eye:
         if self._needs.scattering:
             path.carried |= {"hit": ones["met"]}
 
+    def follow(self, path: Path) -> list[Path]:
+        """Shade a path, and what becomes of its rays, as far as that is known to be alive and there
+        is a place: paths whose light is looked for together."""
+        self.shade(path)
+        paths = [path]
+        while len(paths) < self._together:
+            onward = self.scatter(paths[-1])
+            if not (onward and self._goes_on(onward)):
+                break
+            self.shade(onward)
+            paths.append(onward)
+        return paths
+
+    def _goes_on(self, path: Path) -> bool:
+        """Not where to know it would take the host as long as the device takes for the pass, unless
+        no pass before tells where paths end."""
+        if path.count and path.region in self._ended:
+            return False
+        return path.alive
+
     def gathering(self, path: Path) -> tuple[NDArray[np.float64], ...]:
         """Where points of a path gather photons, (n, 3), the geometric normals there, and what
         share of a pixel sees each; waits for the device."""
@@ -154,39 +179,52 @@ class Eye:
         there = (place[:, 3] != 0.0) & (diffuse[:, 3] > 0.0)
         return place[there, :3], facing[there, :3], throughput[there, :3].mean(axis=1)
 
-    def emitted(self, path: Path) -> tuple[Stream, Stream] | None:
+    def look(self, paths: Sequence[Path], photons: PhotonPass | None) -> None:
+        """Find the light of paths: what rays meet, what comes straight to the points, and what
+        photons bring. For all of them kernel by kernel, each of which a GPU runs at once."""
+        for path in paths:
+            self._look_for_lights(path)
+        for path in paths:
+            self.direct(path)
+        if not photons:
+            for path in paths:
+                path.coverage = path.at.unit_coverage
+            return
+        for path in paths:
+            self._find_cuts(path, photons.radii)
+        for path in paths:
+            path.coverage = self._find_coverage(path, photons.radii)
+        for path in paths:
+            self._gather(path, photons)
+
+    def _look_for_lights(self, path: Path) -> None:
         """What rays meet of lights, and of the world; None if there is none to see."""
         if not self._emitted:
-            return None
+            return
         # Lights know of media by themselves.
         own = {"hit": path.at.ones["hit"], "throughput": path.arriving}
         streams = self.of(path) | own
         if self._surface_emission:
             launch(self._surface_emission, streams, self._tables, self._draw(path))
         launch(self._emitted, streams, self._tables, self._draw(path))
-        return path.at.ones["emitted"], path.at.ones["environment"]
+        path.emitted = path.at.ones["emitted"], path.at.ones["environment"]
 
-    def direct(self, path: Path) -> dict[str, Stream]:
+    def direct(self, path: Path) -> None:
         """Direct light at the points, "direct", and its "illuminance" if that is asked for."""
-        if path.direct is None:
-            names = ("direct", "illuminance") if self._needs.illuminance else ("direct",)
-            totals = {name: path.at.pairs[name] for name in names}
-            for total in totals.values():
-                total.restart(path.at.ones["zeros"])
-            if self._direct_light:
-                self._direct_light.add(totals, self.of(path), self._tables, self._draw(path))
-            path.direct = {name: total.front for name, total in totals.items()}
-        return path.direct
+        if path.direct is not None:
+            return
+        names = ("direct", "illuminance") if self._needs.illuminance else ("direct",)
+        totals = {name: path.at.pairs[name] for name in names}
+        for total in totals.values():
+            total.restart(path.at.ones["zeros"])
+        if self._direct_light:
+            self._direct_light.add(totals, self.of(path), self._tables, self._draw(path))
+        path.direct = {name: total.front for name, total in totals.items()}
 
-    def indirect(self, path: Path, photons: PhotonPass | None) -> tuple[Stream, Stream]:
-        """Irradiance by photons at the points, and its coverage."""
-        irradiance = path.at.ones["irradiance"]
-        if photons is None:
-            return irradiance, path.at.unit_coverage
-        self._find_cuts(path, photons.radii)
-        coverage = self._find_coverage(path, photons.radii)
+    def _gather(self, path: Path, photons: PhotonPass) -> None:
+        """Irradiance by photons at the points."""
         points = self.of(path)
-        photons.gather(points, irradiance, path.projection)
+        photons.gather(points, points["irradiance"], path.projection)
         if self._needs.caustics:
             own = {
                 name.removeprefix(CAUSTIC): stream
@@ -194,7 +232,6 @@ class Eye:
                 if name.startswith(CAUSTIC)
             }
             photons.gather_caustics(points | own, own["irradiance"], path.projection)
-        return irradiance, coverage
 
     @property
     def _most_bounces(self) -> int:
@@ -202,21 +239,39 @@ class Eye:
         return self._needs.chain_depth + self._needs.transparent_depth
 
     def scatter(self, path: Path) -> Path | None:
-        """Send secondary rays from the points; None if there are no more."""
+        """Send secondary rays from the points, unless that was done; None if there are no more."""
+        if not path.is_scattered:
+            path.onward, path.is_scattered = self._scattered(path), True
+        return path.onward
+
+    def _scattered(self, path: Path) -> Path | None:
         if not self._scatter or path.depth == self._most_bounces:
             return None
-        count = self._count_scattered(path)
+        to = path.at
+        if self._together > 1:
+            to = self._places[(path.depth + 1) % self._together]
+        count = self._count_scattered(path, to)
         onward = replace(
-            path, depth=path.depth + 1, projection=None, count=count, direct=None, is_shaded=False
+            path,
+            depth=path.depth + 1,
+            at=to,
+            projection=None,
+            count=count,
+            is_shaded=False,
+            direct=None,
+            emitted=None,
+            coverage=None,
         )
         if self._compaction and count:
             self._compaction.compact(onward, count.wait())
         pairs = onward.at.rays()
         onward.throughput = onward.arriving = pairs["throughput"].front
         onward.carried = {name: pairs[name].front for name in FIRST if name in pairs}
+        if self._together > 1:
+            onward.carried["pixel"] = self.of(path)["pixel"]
         return onward
 
-    def _count_scattered(self, path: Path) -> Count | None:
+    def _count_scattered(self, path: Path, to: PathStreams) -> Count | None:
         """Scatter, follow what goes below surfaces, and count the rays that go on; None: some are
         taken to.
 
@@ -224,7 +279,7 @@ class Eye:
         that sent none in a pass before.
         """
         assert self._scatter
-        pairs, last = path.at.rays(), self._walk or self._scatter
+        pairs, last = to.rays(), self._walk or self._scatter
         draw, streams = self._draw(path), {**self.of(path), "throughput": path.throughput}
         if self._walk:  # what goes on is known after that
             launch(self._scatter, streams | _next(pairs), self._tables, draw)
@@ -261,11 +316,12 @@ class Eye:
 
     def release(self) -> None:
         """Free streams and kernels."""
-        self.streams.release()
-        if self._compaction:
-            self._compaction.release()
+        for streams in self._places:
+            streams.release()
         if self._tally:
             self._tally.release()
+        if self._compaction:
+            self._compaction.release()
         for kernel in self._kernels():
             kernel.release()
         if self._direct_light:
@@ -304,8 +360,9 @@ class Eye:
         if kernel is None:
             return path.at.unit_coverage
         draw = {n: value for n, value in self._draw(path).items() if n in kernel.uniforms}
+        points = self.of(path)
         kernel.run(
-            {name: path.at.ones[name] for name in ("pixel", *POINT, "cuts", "coverage", "tilt")},
+            {name: points[name] for name in ("pixel", *POINT, "cuts", "coverage", "tilt")},
             self._tables.of(kernel) | radii.tables(kernel),
             draw | radii.uniforms | probes_of(path.index),
         )

@@ -96,20 +96,14 @@ class PassImages:
             pair.restart(self._seen.get(name, self._eye.streams.ones["zeros"]))
         return self
 
-    def add(
-        self,
-        path: Path,
-        emitted: tuple[Stream, Stream] | None,
-        direct: dict[str, Stream],
-        indirect: tuple[Stream, Stream],
-    ) -> None:
-        """Add what a path's rays see: lights and the world, if there are any to see; direct light,
-        and illuminance where it is asked for; irradiance and its coverage."""
-        streams = {**self._eye.of(path), **direct, "throughput": path.throughput}
+    def add(self, path: Path) -> None:
+        """Add what a path's rays see, once their light is found."""
+        assert path.direct and path.coverage
+        streams = {**self._eye.of(path), **path.direct, "throughput": path.throughput}
         streams |= {"arriving": path.arriving, "end": path.at.ones["hit"]}
-        if emitted:
-            streams |= dict(zip(("emitted", "environment"), emitted, strict=True))
-        streams |= dict(zip(("irradiance", "coverage"), indirect, strict=True))
+        if path.emitted:
+            streams |= dict(zip(("emitted", "environment"), path.emitted, strict=True))
+        streams["coverage"] = path.coverage
         if path.depth == 0:
             seen = {f"{name}_seen": stream for name, stream in self._seen.items()}
             launch(self._primary, streams | seen, self._tables, self._world)

@@ -39,6 +39,16 @@ WALKED = ("origin", "direction", "throughput")  # of these, what walks below sur
 FIRST = {"chain": "first_chain", "medium": "first_medium"}
 
 
+# Paths of a pass whose light is looked for together, and points of all of these, at most: for each
+# alone a GPU would wait for few threads that take long.
+MOST_TOGETHER, POINTS_TOGETHER = 4, 1 << 21
+
+
+def paths_together(size: tuple[int, int]) -> int:
+    """Of a size, at most."""
+    return max(1, min(MOST_TOGETHER, POINTS_TOGETHER // (size[0] * size[1])))
+
+
 class PathStreams:
     """Those that a scene has a use for, of one size; made at once, for the first pass to find."""
 
@@ -81,6 +91,9 @@ class PathStreams:
         """Fill those that something is read from before it is written."""
         for stream in self.ones.values():
             stream.clear()
+        self._fill_ones()
+
+    def _fill_ones(self) -> None:
         ones = [self.unit, self.unit_coverage]
         if "coverage" in self.ones and not self._probes:
             ones.append(self.ones["coverage"])  # which gathering reads
@@ -88,9 +101,15 @@ class PathStreams:
             stream.fill(1.0)
 
     def of_size(self, size: tuple[int, int]) -> PathStreams:
-        """The same of another size, prepared."""
+        """The same for secondary rays, prepared: of these kernels write the rest, for there are
+        surfaces."""
         made = PathStreams(self.device, self._needs, self._probes, size)
-        made.prepare()
+        names = ["zeros"]
+        names += [] if self._needs.photons else ["irradiance"]
+        names += ["cuts", "tilt"] if self._needs.photons and not self._probes else []
+        for name in names:
+            made.ones[name].clear()
+        made._fill_ones()
         return made
 
     def rays(self) -> dict[str, PingPong]:
@@ -122,7 +141,13 @@ class Path:
     # Of the region, that the first elements are of; None: each is of the pixel at its place.
     pixels: NDArray[np.int64] | None = None
     is_shaded: bool = False
-    direct: dict[str, Stream] | None = None  # light, once it is known
+    onward: Path | None = None  # what became of its rays, once that is known
+    is_scattered: bool = False
+    # Light at the points, once it is known; what rays meet of lights and the world, if there are
+    # any; and the coverage of what photons bring.
+    direct: dict[str, Stream] | None = None
+    emitted: tuple[Stream, Stream] | None = None
+    coverage: Stream | None = None
 
     @property
     def alive(self) -> bool:

@@ -232,6 +232,7 @@ class _Shared:
         features_first: bool,
     ) -> None:
         """Put clean halves in the place of those given."""
+        self._device.bind.settle()
         for name, stream in given.items():
             stream.texture.read_into(self._buffers[name])
         self._device.ctx.finish()

@@ -283,6 +283,7 @@ class DeviceDeposits:
         self.clear()
         self.make_room(copy.count)
         rows = -(-copy.count // TABLE_WIDTH)
+        self._device.bind.settle()
         for texture, buffer in zip(self._textures, copy.parts, strict=False):
             texture.write(buffer, viewport=(0, 0, TABLE_WIDTH, rows))
         self._count = copy.count

@@ -107,6 +107,7 @@ class DeviceSort:
         last, self._reading = self._reading, self._device.ask(self._fullest, 1)
         if last and _is_crowded(last):
             return self._host.run(deposits, grid, span)
+        self._device.bind.settle()
         ctx.copy_buffer(starts, counts, 4 * (cells + 1))
         self._scan.run(starts, cells + 1)
         self._scatter.run(count, [counts, starts, listed], {"place": place}, uniforms=grid)
