@@ -242,7 +242,8 @@ class Budget:
     def path_textures(self) -> int:
         """How many of these one of its paths takes, where rays go on."""
         settings, lobes = self._settings, self._gathers_lobes
-        count = 18 + 2 * self._lobes + 2 * lobes + 3 * self._has_emitters
+        count = 18 + 2 * self._lobes + 2 * lobes + 2 * self._has_emitters
+        count += self._uneven  # whose nodes tell what is emitted
         count += 3 * self._has_photons + 2 * settings.illuminance + 3 * self._is_transparent
         count += 5 * self._has_media + self._scatters
         count += settings.caustics * self._has_photons * (1 + 2 * lobes)

@@ -60,7 +60,7 @@ class Bindings:
             and counted.isdisjoint(reads)
             and counted.isdisjoint(writes)
         ):
-            self.settle()
+            self._put_barrier()
         read.update(reads)
         written.update(writes)
         counted.update(counts)
@@ -71,7 +71,10 @@ class Bindings:
     def settle(self) -> None:
         """To be called before anything but a launch reads what programs write, or writes it."""
         if self._written or self._counted:
-            self._barrier()
+            self._put_barrier()
+
+    def _put_barrier(self) -> None:
+        self._barrier()
         for of_launches in (self._read, self._written, self._counted):
             of_launches.clear()
 
