@@ -39,7 +39,8 @@ def on_device(device: Device, monkeypatch: pytest.MonkeyPatch) -> Settings:
 def test_the_next_photons_fly_while_the_host_waits(
     device: Device, on_device: Settings, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """For the rays of mirrors, in each pass but the last, behind which there is none."""
+    """For the rays of mirrors, in each pass but the last, behind which there is none; in the first
+    for how many there are, before anything else is launched."""
     events: list[str] = []
     start, sent_last = DevicePhotonMapper.start, Eye._sent_last
 
@@ -59,7 +60,7 @@ def test_the_next_photons_fly_while_the_host_waits(
         events.append(f"pass {index}")
     renderer.release()
     in_passes = " ".join(events).split(" pass ")
-    assert in_passes[0].startswith("photons 0 photons 1 wait")
+    assert in_passes[0].startswith("photons 0 wait") and "photons 1" in in_passes[0]
     assert in_passes[1].startswith("0 photons 2 wait")
     assert in_passes[2].startswith("1 wait") and "photons" not in in_passes[2]
 
