@@ -136,7 +136,9 @@ class Budget:
         spare, (width, height) = self.spare(self._deposits(None)), self._strip
         room = ROOM_UNKNOWN if spare is None else spare // PART_OF_ROOM
         more = room // (TEXEL * self.path_textures * width * height)
-        return min(1 + max(more, 0), paths_together(self._strip))
+        settings = self._settings
+        bounces = settings.mirror_depth + settings.transparent_depth * self._is_transparent
+        return min(1 + max(more, 0), 1 + bounces, paths_together(self._strip))
 
     def spare(self, deposits: float) -> int | None:
         """What a render leaves of where its deposits are [bytes]; None: unknown."""

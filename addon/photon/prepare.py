@@ -169,9 +169,8 @@ class _Preparation:
         with self._phases.timed("programs"):
             mapper = self._mapper(device_scene, needs) if needs.photons else None
             strips = strips_of(settings.frame_region, backend.strip_pixels)
-            scene, size = self._scene, strips[0].size
-            frame, together = device_scene.frame, budget.together
-            eye = Eye(backend, tables, frame, scene, settings, needs, size, together)
+            seen = self._scene, settings, needs, strips[0].size, budget.together
+            eye = Eye(backend, tables, device_scene.frame, *seen)
             self._own.append(eye.release)
             eye.prepare()
             tables.footprint = eye.footprint

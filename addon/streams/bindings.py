@@ -73,6 +73,13 @@ class Bindings:
         if self._written or self._counted:
             self._put_barrier()
 
+    def before_drawing(self) -> None:
+        """To be called before each draw, whose order among launches OpenGL keeps: what is bound for
+        it concerns none of these."""
+        self.settle()
+        for bound in (self._reads, self._writes, self._counts):
+            bound.clear()
+
     def _put_barrier(self) -> None:
         self._barrier()
         for of_launches in (self._read, self._written, self._counted):

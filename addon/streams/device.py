@@ -141,7 +141,7 @@ class Device:
 
     def framebuffer(self, textures: Sequence[moderngl.Texture]) -> moderngl.Framebuffer:
         """A framebuffer that draws into `textures`; made once for each combination."""
-        self.bind.settle()
+        self.bind.before_drawing()
         key = tuple(texture.glo for texture in textures)
         if key not in self._framebuffers:
             if len(self._framebuffers) >= _CACHED_FRAMEBUFFERS:
@@ -219,6 +219,21 @@ class Device:
         if self._launched & (self._launched - 1) == 0:
             self._flush()
 
+    def write(
+        self,
+        texture: moderngl.Texture,
+        data: moderngl.Buffer | NDArray[Any],
+        viewport: tuple[int, int, int, int] | None = None,
+    ) -> None:
+        """Write a texture, or a part of it, that programs may have written to."""
+        self.bind.settle()
+        texture.write(data, viewport=viewport)
+
+    def copy_buffer(self, to: moderngl.Buffer, of: moderngl.Buffer, size: int) -> None:
+        """Copy the first bytes of a buffer that programs may have written to."""
+        self.bind.settle()
+        self.ctx.copy_buffer(to, of, size)
+
     def copy(self, texture: moderngl.Texture) -> moderngl.Buffer:
         """The texels of a texture of float32 RGBA as they are, at a buffer's beginning; the caller
         puts it back."""
@@ -258,10 +273,9 @@ class Device:
         across the bus are slow.
         """
         data = np.empty(count, np.float32)
-        self.bind.settle()
         if count:
             read = self._buffer(data.nbytes, _READ)
-            self.ctx.copy_buffer(read, buffer, data.nbytes)
+            self.copy_buffer(read, buffer, data.nbytes)
             read.read_into(data, data.nbytes)
             self.put_back(read)
         return data

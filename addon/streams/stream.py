@@ -45,8 +45,7 @@ class Stream:
                 f"stream of {self.record.name}: expected float32{expected}, "
                 f"got {data.dtype}{data.shape}"
             )
-        self.device.bind.settle()
-        self.texture.write(np.ascontiguousarray(data))
+        self.device.write(self.texture, np.ascontiguousarray(data))
 
     def download(self) -> NDArray[np.float32]:
         """The elements as float32 (height, width, 4)."""

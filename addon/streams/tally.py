@@ -18,8 +18,7 @@ class Tally:
 
     def clear(self) -> None:
         """Begin anew."""
-        self._device.bind.settle()
-        self._device.ctx.copy_buffer(self.buffer, self._zeros)
+        self._device.copy_buffer(self.buffer, self._zeros, self._zeros.size)
         self._used = 0
 
     def next_slot(self) -> int:

@@ -34,6 +34,7 @@ def deposits(request: pytest.FixtureRequest, device: Device) -> Any:
 def listed(deposits: Deposits) -> NDArray[np.float32]:
     """The list as (P, 8)."""
     count, *textures = deposits.tables()
+    deposits._device.bind.settle()
     columns = [np.frombuffer(t.read(), np.float32).reshape(-1, 4)[:count] for t in textures]
     return np.concatenate(columns, axis=1)
 

@@ -70,6 +70,7 @@ def test_device_sort_equals_native_sort(
         grid = grid_of(backend)
         grid.prepare(deposits, RadiusField.even(device, radius).of_pass(1.0))
         count = deposits.tables()[0]
+        device.bind.settle()
         places, fluxes = (
             np.frombuffer(grid._sorted.lists[name].read(), np.float32).reshape(-1, 4)[:count]
             for name in ("photon_place", "photon_deposit")
@@ -101,8 +102,10 @@ def test_crowds_are_not_ranked_unasked(device: Device, monkeypatch: pytest.Monke
     for max_ranked in (3, 1 << 20):
         monkeypatch.setattr(grid_sort, "MAX_RANKED", max_ranked)
         sort._reading = None  # as in a first pass
+        device.bind.settle()
         sort._buffers["places"].write(np.full(4 * deposits.count, 7.0, np.float32))
         grid.prepare(deposits, radii)
+        device.bind.settle()
         places = np.frombuffer(sort._buffers["places"].read(), np.float32)
         ranked.append((places[: 4 * deposits.count] != 7.0).any())
     assert ranked == [False, True]

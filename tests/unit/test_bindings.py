@@ -3,17 +3,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
+from typing import Any
 
+import moderngl
 import numpy as np
 import pytest
 
 from addon.photon.backends.backend import backend_of
+from addon.photon.photons.kept import Kept
 from addon.photon.prepare import prepare
 from addon.photon.settings import Settings
 from addon.streams import Device
 from addon.streams.bindings import Bindings
+from addon.streams.readback import Readback
 from tests.scenes import cornell
 
 
@@ -120,6 +126,71 @@ def test_host_reads() -> None:
     launches.bind.settle()
     assert launches.barriers == 1
     assert launches.run(reads=2, writes=1) == 0
+
+
+def test_drawing_leaves_nothing_bound() -> None:
+    """Of what a draw reads no launch waits for anything, and it is not kept."""
+    launches = Launches()
+    launches.run(writes=1)
+    launches.bind.before_drawing()
+    assert launches.barriers == 1
+    for texture in range(2, 50):
+        launches.bind.textures([Item(texture)])
+        launches.bind.before_drawing()
+    assert launches.bind._reads == []
+    assert launches.run(writes=20) == 0
+
+
+@pytest.mark.parametrize("estimator", ["gather", "splat"])
+def test_nothing_goes_past_barriers(
+    device: Device, monkeypatch: pytest.MonkeyPatch, estimator: Any
+) -> None:
+    """No way to textures and buffers but launches finds what is being written still."""
+    if not device.has_compute:
+        pytest.skip(f"{device.name} has no compute programs")
+    monkeypatch.setattr(device, "prefers_native", False)
+    calls: Counter[str] = Counter()
+
+    def watched(owner: Any, name: str, of: Callable[..., list[Any]]) -> None:
+        real = getattr(owner, name)
+
+        def call(item: Any, *arguments: Any, **named: Any) -> Any:
+            for used in of(item, *arguments):
+                glo = -used.glo if isinstance(used, moderngl.Buffer) else used.glo
+                assert glo not in device.bind._written | device.bind._counted, name
+            calls[name] += 1
+            return real(item, *arguments, **named)
+
+        monkeypatch.setattr(owner, name, call)
+
+    def both(item: Any, *arguments: Any) -> list[Any]:
+        return [item, *(x for x in arguments if isinstance(x, moderngl.Buffer))]
+
+    for owner in (moderngl.Texture, moderngl.Buffer):
+        for name in ("read", "read_into", "write"):
+            watched(owner, name, both)
+
+    def bound(*_: Any) -> list[Any]:
+        return [Item(glo) for glo in device.bind._reads]
+
+    watched(moderngl.VertexArray, "render", bound)
+    watched(Readback, "ask", lambda _, buffer, count: [buffer])
+    watched(moderngl.Context, "copy_buffer", lambda _, *buffers: list(buffers[:2]))
+    watched(moderngl.Framebuffer, "use", lambda item: [*item.color_attachments])
+    watched(moderngl.Framebuffer, "clear", lambda item, *_: [*item.color_attachments])
+    settings = Settings(
+        24, 16, photons=2000, passes=10, mirror_depth=3, backend="compute", estimator=estimator
+    )
+    kept = Kept(device)
+    for _ in range(2):  # the second takes the first one's photons
+        renderer = prepare(cornell(mirror=True), replace(settings, caustics=True), device, kept)
+        for _ in range(settings.passes):
+            renderer.render_pass()
+        renderer.images()
+        renderer.release()
+    kept.release()
+    used = ["read_into", "write", "copy_buffer", "ask", *["render"] * (estimator == "splat")]
+    assert min(calls[name] for name in used) > 0, calls
 
 
 def test_a_pass_has_fewer_barriers_than_launches(

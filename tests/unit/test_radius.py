@@ -210,6 +210,7 @@ def test_the_device_finds_the_same(
         expected = native.RadiusField(*places, grids, **limits._asdict())
         used = grids.size + int((grids[:, 4:7] + 1).prod(axis=1).sum())
         table = expected.table().ravel()[:used]
+        device.bind.settle()
         found = np.frombuffer(made.on_device.read(), np.float32)[:used]
         np.testing.assert_array_equal(found[: grids.size], table[: grids.size])
         # A GPU may count a photon at a cell's border in the next one.

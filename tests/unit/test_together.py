@@ -14,12 +14,12 @@ from addon.photon import memory
 from addon.photon.backends.backend import backend_of
 from addon.photon.eye import path as path_module
 from addon.photon.eye.eye import Eye
-from addon.photon.eye.path import Path, paths_together
+from addon.photon.eye.path import Path, PathStreams, paths_together
 from addon.photon.memory import Budget
 from addon.photon.prepare import prepare
 from addon.photon.scene import Medium, Scene
 from addon.photon.settings import Settings
-from addon.streams import Device, StreamError
+from addon.streams import Device, Stream, StreamError
 from tests.physics.test_subsurface import scattering
 from tests.scenes import cornell
 from tests.unit.test_compaction import SETTINGS, hanging, pictures, shiny, veiled
@@ -86,6 +86,55 @@ def test_a_pass_that_failed_is_forgotten(device: Device, monkeypatch: pytest.Mon
     after, expected = pictures(renderer), pictures(prepare(veiled(), OURS, device))
     for name, image in after.items():
         np.testing.assert_array_equal(image, expected[name], err_msg=name)
+
+
+@pytest.mark.parametrize(
+    ("scene", "settings"),
+    [
+        (veiled, {}),
+        (shiny, {"photons": 0}),
+        (shiny, {"boundary_correction": False}),
+        (misty, {"caustics": False}),
+    ],
+)
+def test_streams_that_hold_anything(
+    device: Device,
+    monkeypatch: pytest.MonkeyPatch,
+    scene: Callable[[], Scene],
+    settings: dict[str, Any],
+) -> None:
+    """As those that a GPU takes back, which were another render's: nothing of it is seen."""
+    given = replace(OURS, **settings)
+    expected = pictures(prepare(scene(), given, device))
+    made = Stream.__init__
+
+    def spoiled(stream: Stream, *arguments: Any) -> None:
+        made(stream, *arguments)
+        width, height = stream.size
+        stream.upload(np.full((height, width, 4), np.nan, np.float32))
+
+    monkeypatch.setattr(Stream, "__init__", spoiled)
+    found = pictures(prepare(scene(), given, device))
+    for name, image in expected.items():
+        np.testing.assert_array_equal(image, found[name], err_msg=name)
+
+
+def test_a_driver_without_room(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """For more places: there are fewer, and the picture is the same."""
+    expected, of_size = pictures(prepare(shiny(), OURS, device)), PathStreams.of_size
+    made: list[PathStreams] = []
+
+    def refuse(streams: PathStreams, size: tuple[int, int]) -> PathStreams:
+        if made:
+            raise StreamError("no room")
+        made.append(of_size(streams, size))
+        return made[0]
+
+    monkeypatch.setattr(PathStreams, "of_size", refuse)
+    found = pictures(prepare(shiny(), OURS, device))
+    assert made
+    for name, image in expected.items():
+        np.testing.assert_array_equal(image, found[name], err_msg=name)
 
 
 def test_as_many_as_there_are_points_for() -> None:

@@ -3,17 +3,16 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...streams import Count, Kernel, PingPong, Reading, Stream, Tally
+from ...streams import Count, Kernel, PingPong, Reading, Stream, StreamError, Tally
 from ..backends.backend import Backend
+from ..kernels.coverage import probes_of
 from ..kernels.emitted import Emitted
 from ..kernels.free_flight import FreeFlight, media_values
 from ..kernels.launch import launch, launch_and_count, launch_and_tally
@@ -30,9 +29,6 @@ from ..stage.tables import Tables
 from .camera import EyeCamera
 from .compaction import Compaction
 from .path import CAUSTIC, FIRST, WALKED, Path, PathStreams
-
-EXPECTS_FROM = 8  # passes from this one on ask what to expect of the coverage
-LEAST_EXPECTED = 0.25  # in the first ones; later less, so that what it leaves of a bias goes, too
 
 
 class Eye:
@@ -102,9 +98,16 @@ class Eye:
             elements = np.zeros((medium.size[1], medium.size[0], 4), np.float32)
             elements[..., :2] = inside
             medium.upload(elements)
-        more = self._together - len(self._places)
-        self._places += [self.streams.of_size(self.streams.size) for _ in range(more)]
+        self._find_places()
         self.footprint = self.camera.widths() if self._needs.programs.bumps else {}
+
+    def _find_places(self) -> None:
+        """As many as there is room for: with fewer it only takes longer."""
+        while len(self._places) < self._together:
+            try:
+                self._places.append(self.streams.of_size(self.streams.size))
+            except StreamError:
+                self._together = len(self._places)
 
     def send_ahead(self, index: int, region: Region) -> None:
         """Send a pass's rays and light the points where they end, which no photon tells: a GPU
@@ -198,7 +201,7 @@ class Eye:
             self._gather(path, photons)
 
     def _look_for_lights(self, path: Path) -> None:
-        """What rays meet of lights, and of the world; None if there is none to see."""
+        """Find what rays meet of lights, and of the world, if there is any to see."""
         if not self._emitted:
             return
         # Lights know of media by themselves.
@@ -251,17 +254,7 @@ class Eye:
         if self._together > 1:
             to = self._places[(path.depth + 1) % self._together]
         count = self._count_scattered(path, to)
-        onward = replace(
-            path,
-            depth=path.depth + 1,
-            at=to,
-            projection=None,
-            count=count,
-            is_shaded=False,
-            direct=None,
-            emitted=None,
-            coverage=None,
-        )
+        onward = path.sent_on(to, count)
         if self._compaction and count:
             self._compaction.compact(onward, count.wait())
         pairs = onward.at.rays()
@@ -397,19 +390,3 @@ def _next(pairs: Mapping[str, PingPong]) -> dict[str, Stream]:
 def _swap(pairs: Mapping[str, PingPong]) -> None:
     for pair in pairs.values():
         pair.swap()
-
-
-def probes_of(index: int) -> dict[str, Any]:
-    """Coverage probes of pass `index` from each point.
-
-    How many, how many were sent before, how many more tell what to expect of the coverage, and how
-    much is expected at least. More at first: the quotient of few probes is off at edges. What to
-    expect is asked later: divided by it few passes have specks.
-    """
-    first = 8 * min(index, 3)
-    return {
-        "probes": 8 if index < 3 else 4,
-        "first_probe": first + 4 * max(index - 3, 0),
-        "expecting": 0 if index < EXPECTS_FROM else 4,
-        "least_expected": LEAST_EXPECTED * min(1.0, math.sqrt(16.0 / (index + 1))),
-    }

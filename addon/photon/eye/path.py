@@ -45,7 +45,7 @@ MOST_TOGETHER, POINTS_TOGETHER = 4, 1 << 21
 
 
 def paths_together(size: tuple[int, int]) -> int:
-    """Of a size, at most."""
+    """How many of a pass's paths may have places, of streams of a size."""
     return max(1, min(MOST_TOGETHER, POINTS_TOGETHER // (size[0] * size[1])))
 
 
@@ -101,8 +101,8 @@ class PathStreams:
             stream.fill(1.0)
 
     def of_size(self, size: tuple[int, int]) -> PathStreams:
-        """The same for secondary rays, prepared: of these kernels write the rest, for there are
-        surfaces."""
+        """The same of another size, for secondary rays. They leave surfaces, so every kernel runs
+        on them, and only what none writes is cleared."""
         made = PathStreams(self.device, self._needs, self._probes, size)
         names = ["zeros"]
         names += [] if self._needs.photons else ["irradiance"]
@@ -148,6 +148,21 @@ class Path:
     direct: dict[str, Stream] | None = None
     emitted: tuple[Stream, Stream] | None = None
     coverage: Stream | None = None
+
+    def sent_on(self, to: PathStreams, count: Count | None) -> Path:
+        """The path that its rays become, which are written to streams; `count`: as Path's."""
+        return Path(
+            self.index,
+            self.region,
+            self.depth + 1,
+            to,
+            self.throughput,
+            self.arriving,
+            {},
+            projection=None,
+            count=count,
+            pixels=self.pixels,
+        )
 
     @property
     def alive(self) -> bool:

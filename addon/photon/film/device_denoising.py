@@ -245,7 +245,7 @@ class _Shared:
             for half in halves:
                 self._filter.run(half)
         for half in halves:
-            given[half].texture.write(self._buffers[_PAIRS[half]])
+            self._device.write(given[half].texture, self._buffers[_PAIRS[half]])
 
     def release(self) -> None:
         """Free them."""

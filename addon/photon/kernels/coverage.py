@@ -1,4 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
+import math
+from typing import Any
+
 from ...streams import Kernel, Table, Uniform
 from ..photons import radius_field
 from ..settings import FILTER_DEFINES
@@ -14,6 +17,9 @@ from .records import (
     TRIANGLE,
 )
 from .shade import POINT
+
+EXPECTS_FROM = 8  # passes from this one on ask what to expect of the coverage
+LEAST_EXPECTED = 0.25  # in the first ones; later less, so that what it leaves of a bias goes, too
 
 
 class Coverage(Kernel):
@@ -40,3 +46,19 @@ class Coverage(Kernel):
         "corner_normals": Table(CORNER_NORMALS),
         "faces": Table(FACE),
     } | radius_field.TABLES
+
+
+def probes_of(index: int) -> dict[str, Any]:
+    """Coverage probes of pass `index` from each point.
+
+    How many, how many were sent before, how many more tell what to expect of the coverage, and how
+    much is expected at least. More at first: the quotient of few probes is off at edges. What to
+    expect is asked later: divided by it few passes have specks.
+    """
+    first = 8 * min(index, 3)
+    return {
+        "probes": 8 if index < 3 else 4,
+        "first_probe": first + 4 * max(index - 3, 0),
+        "expecting": 0 if index < EXPECTS_FROM else 4,
+        "least_expected": LEAST_EXPECTED * min(1.0, math.sqrt(16.0 / (index + 1))),
+    }

@@ -273,7 +273,7 @@ class DeviceDeposits:
         parts = []
         for texture in self._textures if size else ():
             whole, used = self._device.copy(texture), self._device.ctx.buffer(reserve=size)
-            self._device.ctx.copy_buffer(used, whole, size)
+            self._device.copy_buffer(used, whole, size)
             self._device.put_back(whole)
             parts.append(used)
         return Copy(self.count, tuple(parts))
@@ -283,9 +283,8 @@ class DeviceDeposits:
         self.clear()
         self.make_room(copy.count)
         rows = -(-copy.count // TABLE_WIDTH)
-        self._device.bind.settle()
         for texture, buffer in zip(self._textures, copy.parts, strict=False):
-            texture.write(buffer, viewport=(0, 0, TABLE_WIDTH, rows))
+            self._device.write(texture, buffer, (0, 0, TABLE_WIDTH, rows))
         self._count = copy.count
 
     def release(self) -> None:

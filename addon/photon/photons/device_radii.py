@@ -187,8 +187,7 @@ def radii_on_device(
     for axis in AXES:
         along(axis, "radius_flatten", radii, nodes)
     table: moderngl.Texture = device.texture((TABLE_WIDTH, rows), 4)
-    device.bind.settle()
-    table.write(radii)
+    device.write(table, radii)
     _program(device, "radius_summary").run(
         max(all_nodes, samples),
         [summary],

@@ -94,7 +94,7 @@ class DeviceSort:
         count, place, deposit = deposits.tables()
         if count == 0:
             return NOTHING
-        ctx, cells = self._device.ctx, math.prod(grid["grid_cells"])
+        cells = math.prod(grid["grid_cells"])
         counts = self._buffer("counts", cells + 1)
         starts = self._buffer("starts", cells + 1)
         listed = self._buffer("listed", count)
@@ -107,8 +107,7 @@ class DeviceSort:
         last, self._reading = self._reading, self._device.ask(self._fullest, 1)
         if last and _is_crowded(last):
             return self._host.run(deposits, grid, span)
-        self._device.bind.settle()
-        ctx.copy_buffer(starts, counts, 4 * (cells + 1))
+        self._device.copy_buffer(starts, counts, 4 * (cells + 1))
         self._scan.run(starts, cells + 1)
         self._scatter.run(count, [counts, starts, listed], {"place": place}, uniforms=grid)
         places, fluxes = (self._buffer(name, 4 * count) for name in ("places", "deposits"))

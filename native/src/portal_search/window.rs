@@ -16,7 +16,7 @@ use crate::vector::{Vector, cross, dot};
 /// How deep first rectangles are tried, of their shorter side.
 const DEPTHS: [f32; 7] = [-0.6, -0.3, -0.12, 0.0, 0.12, 0.3, 0.6];
 const STEPS: u32 = 120;
-/// How much wider one is made that is fitted, and its shortest side.
+/// The shortest side of one that is fitted, and how much wider that is made.
 const LEAST_SIDE: f32 = 1.0e-4;
 const MARGIN: f32 = 1.01;
 /// How much wider the one is made that is found, and how much more variance may be left where all ways go through it.
