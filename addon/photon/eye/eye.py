@@ -165,8 +165,8 @@ class Eye:
         return paths
 
     def _goes_on(self, path: Path) -> bool:
-        """Not where to know it would take the host as long as the device takes for the pass, unless
-        no pass before tells where paths end."""
+        """Whether a path's rays are alive; no, where passes before ended there: to know it the host
+        would wait while the device has nothing else to do."""
         if path.count and path.region in self._ended:
             return False
         return path.alive
