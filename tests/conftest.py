@@ -60,3 +60,11 @@ def device(shared_device: Device) -> Iterator[Device]:
     shared_device.use()
     yield shared_device
     shared_device.check()
+
+
+@pytest.fixture
+def resident(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lists of compute programs stay on the device, as on a GPU."""
+    if not device.has_compute:
+        pytest.skip(f"{device.name} has no compute programs")
+    monkeypatch.setattr(device, "prefers_native", False)

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
@@ -44,6 +44,12 @@ def render(device: Device, scene: Scene, **settings: Any) -> dict[str, Any]:
     """The images of a scene as Renderer.images() names them."""
     with rendered(device, scene, **settings) as renderer:
         return renderer.images()
+
+
+def assert_same(found: Mapping[str, Any], expected: Mapping[str, Any]) -> None:
+    """All of some images are to the bit what they are among others."""
+    for name, image in expected.items():
+        np.testing.assert_array_equal(found[name], image, err_msg=name)
 
 
 def not_finite(images: dict[str, Any]) -> int:

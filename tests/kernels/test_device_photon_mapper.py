@@ -55,12 +55,10 @@ def found(mapper: Mapper) -> Any:
     return np.concatenate(mapper.finish().arrays(), axis=1)
 
 
+@pytest.mark.usefixtures("resident")
 @pytest.mark.thorough
 def test_groups_of_a_warp(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever a work group holds, the picture is the same."""
-    if not device.has_compute:
-        pytest.skip(f"{device.name} has no compute programs")
-    monkeypatch.setattr(device, "prefers_native", False)
     settings: dict[str, Any] = {"width": 24, "height": 16, "photons": 3000, "passes": 2}
     pictures = []
     for warp in (None, 32):

@@ -177,13 +177,11 @@ def test_what_is_aside_brings_what_is_right(picture: Picture) -> None:
         assert images["Mirror"].mean() == pytest.approx(0.2 * light, rel=0.025)
 
 
+@pytest.mark.usefixtures("resident")
 def test_what_carries_little_goes_on_together(
     device: Device, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Of the second bounce on either all rays go on or none, but from what has no diffuse lobe."""
-    if not device.has_compute:
-        pytest.skip(f"{device.name} has no compute programs")
-    monkeypatch.setattr(device, "prefers_native", False)
     sent_last, sent = Eye._sent_last, []
 
     def watched(eye: Eye, region: Region, reading: Reading) -> int:

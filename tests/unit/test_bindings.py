@@ -5,12 +5,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
 
 import moderngl
-import numpy as np
 import pytest
 
 from addon.photon.backends.backend import backend_of
@@ -20,6 +19,7 @@ from addon.photon.settings import Settings
 from addon.streams import Device
 from addon.streams.bindings import Bindings
 from addon.streams.readback import Readback
+from tests.measure import assert_same
 from tests.scenes import cornell
 
 
@@ -141,14 +141,12 @@ def test_drawing_leaves_nothing_bound() -> None:
     assert launches.run(writes=20) == 0
 
 
+@pytest.mark.usefixtures("resident")
 @pytest.mark.parametrize("estimator", ["gather", "splat"])
 def test_nothing_goes_past_barriers(
     device: Device, monkeypatch: pytest.MonkeyPatch, estimator: Any
 ) -> None:
     """No way to textures and buffers but launches finds what is being written still."""
-    if not device.has_compute:
-        pytest.skip(f"{device.name} has no compute programs")
-    monkeypatch.setattr(device, "prefers_native", False)
     calls: Counter[str] = Counter()
 
     def watched(owner: Any, name: str, of: Callable[..., list[Any]]) -> None:
@@ -179,11 +177,18 @@ def test_nothing_goes_past_barriers(
     watched(moderngl.Framebuffer, "use", lambda item: [*item.color_attachments])
     watched(moderngl.Framebuffer, "clear", lambda item, *_: [*item.color_attachments])
     settings = Settings(
-        24, 16, photons=2000, passes=10, mirror_depth=3, backend="compute", estimator=estimator
+        24,
+        16,
+        photons=2000,
+        passes=10,
+        mirror_depth=3,
+        backend="compute",
+        estimator=estimator,
+        caustics=True,
     )
     kept = Kept(device)
     for _ in range(2):  # the second takes the first one's photons
-        renderer = prepare(cornell(mirror=True), replace(settings, caustics=True), device, kept)
+        renderer = prepare(cornell(mirror=True), settings, device, kept)
         for _ in range(settings.passes):
             renderer.render_pass()
         renderer.images()
@@ -193,13 +198,11 @@ def test_nothing_goes_past_barriers(
     assert min(calls[name] for name in used) > 0, calls
 
 
+@pytest.mark.usefixtures("resident")
 def test_a_pass_has_fewer_barriers_than_launches(
     device: Device, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """And the picture is that with one before each launch."""
-    if not device.has_compute:
-        pytest.skip(f"{device.name} has no compute programs")
-    monkeypatch.setattr(device, "prefers_native", False)
     settings = Settings(24, 16, photons=2000, passes=3, backend="compute", mirror_depth=3)
     assert backend_of(settings, device).works_alone
     ready, barriers, launched, found = Bindings.ready, 0, 0, []
@@ -229,5 +232,4 @@ def test_a_pass_has_fewer_barriers_than_launches(
         assert 0 < barriers < 0.8 * launched
         found.append(renderer.images())
         renderer.release()
-    for name, image in found[0].items():
-        np.testing.assert_array_equal(image, found[1][name], err_msg=name)
+    assert_same(*found)

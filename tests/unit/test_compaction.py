@@ -6,7 +6,6 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
 import pytest
 
 from addon.photon.errors import DeviceError
@@ -20,6 +19,7 @@ from addon.photon.renderer import Renderer
 from addon.photon.scene import Lobe, Material, Scene, phong, point_light
 from addon.photon.settings import Settings
 from addon.streams import Device, StreamError
+from tests.measure import assert_same
 from tests.scenes import Builder, camera, cornell
 
 SETTINGS = Settings(
@@ -109,8 +109,7 @@ def test_no_bit_changes(
     monkeypatch.setattr(Compaction, "compact", lambda *_: None)
     stayed = pictures(prepare(scene(), settings, device))
     assert moved["Mirror"].max() > 0.0
-    for name, image in moved.items():
-        np.testing.assert_array_equal(image, stayed[name], err_msg=name)
+    assert_same(moved, stayed)
 
 
 def test_a_pass_that_failed_is_forgotten(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -129,8 +128,7 @@ def test_a_pass_that_failed_is_forgotten(device: Device, monkeypatch: pytest.Mon
         with pytest.raises(DeviceError, match="after rays have moved"):
             renderer.render_pass()
     after, expected = pictures(renderer), pictures(prepare(veiled(), SETTINGS, device))
-    for name, image in after.items():
-        np.testing.assert_array_equal(image, expected[name], err_msg=name)
+    assert_same(after, expected)
 
 
 @pytest.mark.parametrize(

@@ -37,11 +37,8 @@ SETTINGS = Settings(width=43, height=29, photons=2000, passes=9, seed=4, denoise
 
 
 @pytest.fixture
-def renderer(device: Device, monkeypatch: pytest.MonkeyPatch) -> Iterator[Renderer]:
+def renderer(device: Device, resident: None) -> Iterator[Renderer]:
     """Of mirrors, as on a GPU."""
-    if not device.has_compute:
-        pytest.skip(f"{device.name} has no compute programs")
-    monkeypatch.setattr(device, "prefers_native", False)
     made = prepare(cornell(mirror=True), replace(SETTINGS, backend="compute"), device)
     yield made
     made.release()

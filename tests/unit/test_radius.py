@@ -138,15 +138,11 @@ def test_a_far_ground_changes_little(device: Device, half: float) -> None:
     assert a / b == pytest.approx(1.04, abs=0.12)  # the ground throws some light back
 
 
+@pytest.mark.usefixtures("resident")
 @pytest.mark.thorough("splat")
 @pytest.mark.parametrize("estimator", ["gather", "splat"])
-def test_told_whichever_device_was_used_last(
-    device: Device, monkeypatch: pytest.MonkeyPatch, estimator: Any
-) -> None:
+def test_told_whichever_device_was_used_last(device: Device, estimator: Any) -> None:
     """The host asks for what a device knows long after it was made."""
-    if not device.has_compute:
-        pytest.skip(f"{device.name} has no compute programs")
-    monkeypatch.setattr(device, "prefers_native", False)
     settings = Settings(width=24, height=16, photons=20000, backend="compute", estimator=estimator)
     renderer, other = prepare(cornell(), settings, device), Device()
     try:

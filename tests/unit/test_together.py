@@ -20,6 +20,7 @@ from addon.photon.prepare import prepare
 from addon.photon.scene import Medium, Scene
 from addon.photon.settings import Settings
 from addon.streams import Device, Stream, StreamError
+from tests.measure import assert_same
 from tests.physics.test_subsurface import scattering
 from tests.scenes import cornell
 from tests.unit.test_compaction import SETTINGS, hanging, pictures, shiny, veiled
@@ -27,12 +28,7 @@ from tests.unit.test_compaction import SETTINGS, hanging, pictures, shiny, veile
 OURS = replace(SETTINGS, backend="compute")
 
 
-@pytest.fixture(autouse=True)
-def resident(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Lists stay on the device, as on a GPU."""
-    if not device.has_compute:
-        pytest.skip(f"{device.name} has no compute programs")
-    monkeypatch.setattr(device, "prefers_native", False)
+pytestmark = pytest.mark.usefixtures("resident")
 
 
 def misty() -> Scene:
@@ -67,8 +63,7 @@ def test_no_bit_changes(
         assert min(most, 2) <= max(lengths) <= most
     assert found[1]["Mirror"].max() > 0.0
     for most in (2, 4):
-        for name, image in found[1].items():
-            np.testing.assert_array_equal(image, found[most][name], err_msg=f"{most} {name}")
+        assert_same(found[most], found[1])
 
 
 def test_a_pass_that_failed_is_forgotten(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -84,8 +79,7 @@ def test_a_pass_that_failed_is_forgotten(device: Device, monkeypatch: pytest.Mon
         with pytest.raises(Exception, match="in the middle of a pass"):
             renderer.render_pass()
     after, expected = pictures(renderer), pictures(prepare(veiled(), OURS, device))
-    for name, image in after.items():
-        np.testing.assert_array_equal(image, expected[name], err_msg=name)
+    assert_same(after, expected)
 
 
 @pytest.mark.parametrize(
@@ -115,8 +109,7 @@ def test_streams_that_hold_anything(
 
     monkeypatch.setattr(Stream, "__init__", spoiled)
     found = pictures(prepare(scene(), given, device))
-    for name, image in expected.items():
-        np.testing.assert_array_equal(image, found[name], err_msg=name)
+    assert_same(found, expected)
 
 
 def test_a_driver_without_room(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -133,8 +126,7 @@ def test_a_driver_without_room(device: Device, monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(PathStreams, "of_size", refuse)
     found = pictures(prepare(shiny(), OURS, device))
     assert made
-    for name, image in expected.items():
-        np.testing.assert_array_equal(image, found[name], err_msg=name)
+    assert_same(found, expected)
 
 
 def test_as_many_as_there_are_points_for() -> None:
