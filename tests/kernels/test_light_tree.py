@@ -26,6 +26,7 @@ from addon.photon.stage.light_tables import (
     tree_of,
 )
 from addon.photon.stage.light_tree import (
+    DRAWN_OF_ONE,
     DRAWN_RAYS,
     LEAST_DRAWN,
     MOST_ASKED,
@@ -34,6 +35,7 @@ from addon.photon.stage.light_tree import (
     asked_lights,
     groups_of,
     light_tree,
+    one_lamp,
 )
 from addon.photon.stage.switches import made_lights
 from addon.streams import Table, Uniform
@@ -87,6 +89,11 @@ def triangles(seed: int) -> NDArray[Any]:
     x = np.linspace(-1, 1, 8)
     for a, b in pairwise(x):
         built.quad((a, -1, 0.9), (b, -1, 0.9), (b, 1, 0.9), (a, 1, 0.9))
+    return of_triangles(built)
+
+
+def of_triangles(built: Builder) -> NDArray[Any]:
+    """The lights that are what was built of an emissive material."""
     scene = built.scene(camera((0, 0, 0), (1, 1, 1), 40), [], [Material("", BLACK, (), (1, 2, 3))])
     mesh = Mesh.build(scene, HERE)
     emission = np.array([material.emission for material in scene.materials])
@@ -219,9 +226,10 @@ def test_few_lights_far_away_hide_none_nearby(one_bench: Bench) -> None:
         (np.ones(MOST_ASKED + 1), 0, (), DRAWN_RAYS),
         # A strong lamp: of the many weak ones beside it few are drawn, and of few none.
         (np.array([30.0, *[0.01] * 40]), 0, [0], LEAST_DRAWN),
-        (np.array([30.0, *[0.01] * 16]), 0, range(17), 0),
-        # Half of the light comes from many.
-        (np.array([50.0, *[1.0] * 50]), 0, [0], DRAWN_RAYS // 2),
+        (np.array([30.0, *[0.01] * 4]), 0, range(5), 0),
+        # Half of the light comes from many, or from few.
+        (np.array([50.0, *[1.0] * 50]), 0, [0], DRAWN_RAYS // 4),
+        (np.array([16.0, *[1.0] * 16]), 0, range(17), 0),
         # A sun says nothing of lamps in a room; a lamp that lights nothing is not asked.
         (np.array([1e6, *[1.0] * 40]), 1, range(41), 0),
         (np.array([1e6, 0.0, *[1.0] * 65]), 1, [0], DRAWN_RAYS),
@@ -239,7 +247,7 @@ def test_what_glows_asks_for_few_rays() -> None:
     """It and half as much light of many lamps; and few lamps among it are each asked."""
     glows = np.arange(300) < 200
     found = asked_lights(np.ones(300), 0, glows)
-    assert found.lights.tolist() == [] and found.drawn == DRAWN_RAYS // 4
+    assert found.lights.tolist() == [] and found.drawn == DRAWN_RAYS // 8
     assert asked_lights(np.ones(300), 0, glows | True).drawn == LEAST_DRAWN
     found = asked_lights(np.array([50.0, *[0.1] * 60]), 0, np.arange(61) > 0)
     assert found.lights.tolist() == [0] and found.drawn == LEAST_DRAWN
@@ -249,6 +257,37 @@ def test_many_dark_lights_ask_for_few_rays() -> None:
     """As triangles whose emission the nodes make black are."""
     found = asked_lights(np.array([1.0, *[0.0] * 500]), 0)
     assert found.lights.tolist() == [0] and 0 < found.drawn < 10
+
+
+def test_triangles_of_one_lamp_are_drawn_less_often() -> None:
+    """Of a ball or a screen fewer than of balls far apart, or beside a lamp that is no mesh; what is
+    far away and what is dark says nothing."""
+    screen = Builder().quad((0, 0, 0), (2, 0, 0), (2, 1, 1), (0, 1, 1))
+    sky = light_table((world_light("sky", (0.1,) * 3),), HERE, EXTENT)
+    bulb = light_table((point_light("bulb", (0.0, 0.0, 2.0), (1.0,) * 3),), HERE)
+    ball, balls = of_balls(0.0), of_balls(0.0, 20.0)
+    for lights, distant, is_one in (
+        (ball, 0, True),
+        (of_triangles(screen), 0, True),
+        (joined(sky, ball), 1, True),
+        (balls, 0, False),
+        (joined(bulb, ball), 0, False),
+        (sky, 1, False),
+    ):
+        lights["chosen"] = 1.0
+        assert one_lamp(lights, distant) == is_one
+    balls["chosen"][len(ball) :] = 0.0
+    assert one_lamp(balls, 0)
+    assert asked_lights(np.ones(65), 0, are_one=True).drawn == DRAWN_OF_ONE < DRAWN_RAYS
+    assert asked_lights(np.ones(2 * DRAWN_OF_ONE), 0, are_one=True).drawn == 0
+
+
+def of_balls(*places: float) -> NDArray[Any]:
+    """Emissive ones of a radius of 0.5, at places on a line."""
+    built = Builder()
+    for x in places:
+        built.sphere((x, 0.0, 0.0), 0.5, subdivisions=1)
+    return of_triangles(built)
 
 
 @pytest.mark.parametrize(

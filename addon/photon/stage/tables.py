@@ -22,7 +22,7 @@ from .environments import Place, environment_table
 from .geometry import Frame, Mesh
 from .kinds import light_kinds
 from .light_tables import bounds_of, count_distant, is_seen, light_trees, lights_of, set_shares
-from .light_tree import AskedLights, asked_lights, groups_of, is_of_media, leaves_for
+from .light_tree import AskedLights, asked_lights, groups_of, is_of_media, leaves_for, one_lamp
 from .limits import knows_rays, limit_table, visibility_table
 from .material_tables import material_tables, space_table
 from .media import Media, beams
@@ -148,7 +148,8 @@ class Tables:
         emitters, lights = lights_of(device, layer, scene, frame, mesh, emission, places, more)
         flux = lights["chosen"].astype(np.float64)
         distant = count_distant(lights) if emitters else 0
-        asked = asked_lights(flux, distant, is_of_media(lights))
+        are_one = one_lamp(lights, distant)
+        asked = asked_lights(flux, distant, is_of_media(lights), are_one)
         tables = {"lights": lights, **light_trees(device, layer, lights, asked, more)}
         if any(material.emits_by_program for material in scene.materials):
             tables["emission_shares"] = emission.table
