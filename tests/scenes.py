@@ -263,8 +263,9 @@ def lit_plate() -> tuple[Scene, float]:
     return plate.scene(view, [light], [plain_material("white", (0.5,) * 3)]), 1.0
 
 
-def cornell(mirror: bool = False, lobe: bool = False) -> Scene:
-    """A small Cornell box: coloured walls, a box and a sphere, one spotlight."""
+def cornell(mirror: bool = False, lobe: bool = False, bulb: bool = False) -> Scene:
+    """A small Cornell box: coloured walls, a box and a sphere, one spotlight; perhaps a bulb, seen
+    and much brighter than what it lights."""
     white = plain_material("white", (0.7, 0.7, 0.7))
     if lobe:
         white = plain_material("white", (0.2, 0.2, 0.2), (0.1, 0.1, 0.1), 10.0)
@@ -291,7 +292,8 @@ def cornell(mirror: bool = False, lobe: bool = False) -> Scene:
     light = plain_light(
         "spot", "SPOT", (5, 5, 9.9), (3000, 3000, 3000), spot_size=2.0944, spot_blend=0.5
     )
-    return b.scene(camera((5, -13, 5), (5, 0, 5), 42), [light], [white, red, green, chrome])
+    lights = [light, point_light("bulb", (3, 3, 7), (2000,) * 3, 0.7)][: 1 + bulb]
+    return b.scene(camera((5, -13, 5), (5, 0, 5), 42), lights, [white, red, green, chrome])
 
 
 def hills(quads: int) -> Scene:

@@ -213,6 +213,7 @@ class Budget:
         settings = self._settings
         images = 5 + 2 * self._has_chains + self._has_photons + self._has_emitters
         images += 2 * self._has_features + (2 + self._has_chains) * settings.denoise  # halves
+        images += self._has_emitters * settings.denoise
         images += settings.caustics * (1 + self._has_chains)
         return 2 * (images + settings.illuminance) + 4
 

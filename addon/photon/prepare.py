@@ -24,9 +24,9 @@ from .film.picture import (
     EMISSION_IMAGES,
     FEATURE_IMAGES,
     FILM_IMAGES,
-    HALVED_IMAGES,
     ILLUMINANCE_IMAGES,
     MIRROR_IMAGES,
+    halved_images,
 )
 from .film.strips import StripFilm, strips_of
 from .memory import Budget
@@ -182,7 +182,7 @@ class _Preparation:
             names += CAUSTIC_IMAGES[: 1 + needs.secondary_rays] if needs.caustics else ()
             names += FEATURE_IMAGES if needs.features else ()
             names += ["blur"] * needs.photons
-            halved = [name for name in HALVED_IMAGES if name in names] if settings.denoise else []
+            halved = halved_images(names, needs.media) if settings.denoise else []
             film = StripFilm(backend, strips, names, halved)
             self._own.append(film.release)
             film.prepare()

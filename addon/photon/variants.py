@@ -66,7 +66,6 @@ PLAIN: tuple[type[Kernel], ...] = (
     MixtureTold,
     BoxMean,
     MixtureKept,
-    Mixture,
     BentBase,
     Walk,
 )
@@ -250,11 +249,12 @@ def _kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
     added += tuple({**first, "FEATURES": 1} for first in added)
     for first in added:
         yield AddChain, first, {}
-    for count in range(4):
+    for count, apart in product(range(4), ({}, {"EMISSION_APART": 1})):
+        yield Mixture, apart, {}
         for names in combinations(("mirror", "emission", "blur"), count):
             yield Resolve, resolver_defines(names), {}
             yield ErrorParts, resolver_defines(names), {}
-            yield FirstHalf, resolver_defines(names), {}
+            yield FirstHalf, {**resolver_defines(names), **apart}, {}
     passing: tuple[Defines, ...] = (behind, {"PANES": 1}, {**behind, "PANES": 1})
     there: tuple[Defines, ...] = ({}, {"MEDIA": 1}, {"MEDIA": 1, "VARYING": 1})
     for asked, passed, within in product(({}, lux), passing, there):

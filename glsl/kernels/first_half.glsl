@@ -9,6 +9,9 @@ vec3 uncovering(vec3 light, float coverage, float weight) {
 
 void kernel() {
     vec3 sum = load_half_combined().value.rgb;
+#ifdef EMISSION_APART
+    sum -= load_half_emission().value.rgb;
+#endif
     sum += uncovering(load_half_indirect().value.rgb, load_indirect().value.a, load_direct().value.a);
 #ifdef MIRRORED
     sum += uncovering(load_half_mirror_indirect().value.rgb, load_mirror_indirect().value.a, load_mirror().value.a);

@@ -7,6 +7,10 @@ void kernel() {
     vec4 plain = load_picture().value, told = load_told().value;
     float kept = load_kept().value.x, moved = 1.0 - kept;
     vec3 smoothed = smooth_picture(load_clean().value.rgb, load_other_clean().value.rgb);
-    store_mixed(Sum(vec4(kept * plain.rgb + moved * smoothed, plain.a)));
+    vec3 mixed = kept * plain.rgb + moved * smoothed;
+#ifdef EMISSION_APART
+    mixed += load_emission().value.rgb / passes;
+#endif
+    store_mixed(Sum(vec4(mixed, plain.a)));
     store_left(Sum(vec4(told.x - moved * (2.0 * told.y - moved * told.z), told.x, 0.0, 0.0)));
 }

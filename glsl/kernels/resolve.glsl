@@ -11,7 +11,7 @@ void kernel() {
     mirrored = mirror.rgb + uncovered(load_mirror_indirect().value / passes, mirror.a);
 #endif
 #ifdef EMITTERS
-    sum += load_emission().value.rgb / passes;
+    sum += of_emission * load_emission().value.rgb / passes;
 #endif
     store_picture(Sum(vec4(sum + indirect + mirrored, clamp(background.a, 0.0, 1.0))));
     store_indirect_part(Sum(vec4(indirect, 0.0)));

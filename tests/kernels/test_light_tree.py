@@ -260,8 +260,8 @@ def test_many_dark_lights_ask_for_few_rays() -> None:
 
 
 def test_triangles_of_one_lamp_are_drawn_less_often() -> None:
-    """Of a ball or a screen fewer than of balls far apart, or beside a lamp that is no mesh; what is
-    far away and what is dark says nothing."""
+    """Of a ball or a screen fewer than of balls far apart, or beside a lamp that is no mesh; what
+    is far away and what is dark says nothing."""
     screen = Builder().quad((0, 0, 0), (2, 0, 0), (2, 1, 1), (0, 1, 1))
     sky = light_table((world_light("sky", (0.1,) * 3),), HERE, EXTENT)
     bulb = light_table((point_light("bulb", (0.0, 0.0, 2.0), (1.0,) * 3),), HERE)

@@ -81,6 +81,29 @@ def test_never_worse(
 
 
 @needs_it
+def test_a_bulb_in_a_dark_room(device: Device, record_property: Any) -> None:
+    """It is a thousand times as bright as the walls: what is denoised with it shines on those."""
+    room = cornell(bulb=True)
+    dark = tuple(plain_material(material.name, (0.05,) * 3) for material in room.materials)
+    room = replace(room, materials=dark, lights=room.lights[1:])
+    small = replace(SMALL, width=48, height=48, photons=3 * 48 * 48)
+    truth = rendered(device, room, replace(small, passes=64, seed=7))
+    expected = truth.images(["Combined"])["Combined"][..., :3].astype(np.float64)
+    truth.release()
+    renderer = prepare(room, replace(small, denoise=True), device)
+    ratios = []
+    for done in (1, 2, 3, 4):
+        renderer.render_pass()
+        looks = [renderer.images(["Combined"], is_preview)["Combined"] for is_preview in (1, 0)]
+        before, after = (strict(look[..., :3], np.stack([expected] * 2)) for look in looks)
+        ratios.append(after / before)
+        print(f"{done} passes: {before:.2e} -> {after:.2e}")
+    renderer.release()
+    record_property("error with over without", ratios)
+    assert max(ratios) < 1.02
+
+
+@needs_it
 def test_what_it_leaves_alone(device: Device) -> None:
     """All images but Combined and Error, alpha, and previews: bit for bit. No lobe is broad."""
     scene = cornell(True)

@@ -36,10 +36,11 @@ pytestmark = pytest.mark.skipif(find() is None, reason="OpenImageDenoise is not 
 SETTINGS = Settings(width=43, height=29, photons=2000, passes=9, seed=4, denoise=True)
 
 
-@pytest.fixture
-def renderer(device: Device, resident: None) -> Iterator[Renderer]:
-    """Of mirrors, as on a GPU."""
-    made = prepare(cornell(mirror=True), replace(SETTINGS, backend="compute"), device)
+@pytest.fixture(params=[False, True], ids=["", "bulb"])
+def renderer(device: Device, resident: None, request: pytest.FixtureRequest) -> Iterator[Renderer]:
+    """Of mirrors, as on a GPU, and perhaps a bulb that is seen."""
+    scene = cornell(mirror=True, bulb=request.param)
+    made = prepare(scene, replace(SETTINGS, backend="compute"), device)
     yield made
     made.release()
 
@@ -81,7 +82,7 @@ def test_of_several_strips(
     """Neighbours are in others: the host mixes, with the same picture."""
     for name in ("STRIP_PIXELS", "GPU_STRIP_PIXELS"):
         monkeypatch.setattr(backend_module, name, 10 * SETTINGS.width)
-    other = prepare(cornell(mirror=True), replace(SETTINGS, backend="compute"), device)
+    other = prepare(renderer.scene, replace(SETTINGS, backend="compute"), device)
     assert len(other.film.strips) == 3
     pictures = []
     for each in (renderer, other):

@@ -38,7 +38,11 @@ def rendered(device: Device, scene: Scene, passes: int) -> Renderer:
 
 
 @pytest.mark.parametrize("rows", [24, 7])  # of a strip at most
-@pytest.mark.parametrize("scene", [cornell(), cornell(mirror=True)], ids=["diffuse", "mirror"])
+@pytest.mark.parametrize(
+    "scene",
+    [cornell(), cornell(mirror=True), cornell(mirror=True, bulb=True)],
+    ids=["diffuse", "mirror", "bulb"],
+)
 def test_resolvers_agree(
     device: Device, monkeypatch: pytest.MonkeyPatch, scene: Scene, rows: int
 ) -> None:

@@ -92,18 +92,22 @@ def picture_denoised(
     share: float,
     opened: Opened,
     features_first: bool = False,
+    apart: Picture | None = None,
 ) -> Denoised:
     """Combined of `images` without its noise, as `denoised`: by OpenImageDenoise, which goes by the
-    first albedo and normal that are no mirror's, perhaps without their own noise. Raises
-    DenoiserError."""
+    first albedo and normal that are no mirror's, perhaps without their own noise. What is `apart`
+    (h, w, 3), and not in the half, it does not see. Raises DenoiserError."""
     plain = np.ascontiguousarray(images["Combined"][..., :3])
+    if apart is not None:
+        plain = plain - apart
     features = {port: images[name] for port, name in FEATURE_PORTS.items()}
     unit = unit_of(float(plain.mean(dtype=np.float64)))
 
     def by(denoiser: Denoiser) -> Denoised:
         with denoiser.filtering(plain.shape, features, features_first) as filtered:
             found = denoised(plain, half, share, filtered, unit)
-        return replace(found, by=denoiser.name)
+        picture = found.picture if apart is None else found.picture + apart
+        return replace(found, picture=picture, by=denoiser.name)
 
     return by_any(opened, by)
 

@@ -16,7 +16,7 @@ from ...streams import Device, Stream
 from ..kernels import mixture
 from ..kernels.records import SUM
 from .denoise import FEATURE_PORTS, REACH, Opened, by_any, unit_of
-from .device_resolver import DeviceResolver
+from .device_resolver import DeviceResolver, apart_define
 from .error import DARK, Error, error_of
 from .film import Film
 from .picture import FEATURES, images_for
@@ -65,7 +65,7 @@ class DeviceDenoisingResolver(DenoisingResolver):
         made = (mixture.SplitHalves, mixture.MixtureTold, mixture.BoxMean)
         self._split, self._told, self._mean = (kernel(device, "compute") for kernel in made)
         self._kept = mixture.MixtureKept(device, "compute")
-        self._mix = mixture.Mixture(device, "compute")
+        self._mix = mixture.Mixture(device, "compute", apart_define(film))
         self._left: Stream | None = None  # of the last look
         self._shared: _Shared | None = None
         self._may_share = True  # until it is known that they can't
@@ -105,9 +105,11 @@ class DeviceDenoisingResolver(DenoisingResolver):
     def _mixed(self, film: Film, look: _Look) -> Texels:
         """The picture (h, w, 4); how much of its noise is left stays on the device."""
         share = self._film.half_passes / self._film.passes
-        picture, half = look.stream(), look.stream()
-        self._of_film.write_combined(film, picture)
-        self._of_film.write_half(film, half)
+        picture = half = look.stream()
+        self._of_film.write_denoised(film, picture)
+        if share < 1.0:
+            half = look.stream()
+            self._of_film.write_half(film, half)
         unit = unit_of(self._mean_of(picture))
         given = {name: look.stream() for name in _GIVEN}
         features = {
@@ -136,7 +138,11 @@ class DeviceDenoisingResolver(DenoisingResolver):
             for stream in (told, kept):
                 stream.clear()
         ports = {"picture": picture, **clean, "kept": kept, "told": told}
-        self._mix.run({**ports, "mixed": mixed, "left": self._left}, uniforms=lights)
+        ports |= {"mixed": mixed, "left": self._left}
+        if "emission" in self._mix.inputs:
+            ports["emission"] = film.sums["emission"]
+            lights["passes"] = float(self._film.passes)
+        self._mix.run(ports, uniforms=lights)
         return look.read(mixed).copy()
 
     def _denoise(self, given: Mapping[str, Stream], look: _Look, halves: Collection[str]) -> None:

@@ -24,7 +24,7 @@ from .error import (
     error_with_image,
     unknown_error,
 )
-from .film import FOUR, PAIR, Film, batches_that_tell, half_of
+from .film import FOUR, PAIR, Film, batches_that_tell
 from .picture import (
     CAUSTIC_IMAGES,
     CHANNELS,
@@ -66,6 +66,11 @@ def resolver_defines(names: Collection[str]) -> Defines:
     }
 
 
+def apart_define(film: StripFilm) -> Defines:
+    """What kernels are compiled with that know of emission that is not denoised."""
+    return {"EMISSION_APART": 1} if "emission" in film.halved else {}
+
+
 class DeviceResolver:
     """Resolves by compute programs, which write where films write during a pass."""
 
@@ -75,8 +80,9 @@ class DeviceResolver:
         defines = resolver_defines(names)
         self._resolve = resolve.Resolve(device, "compute", defines)
         self._parts = resolve.ErrorParts(device, "compute", defines)
-        halved = half_of("combined") in next(self._strips())[0].sums
-        self._half = resolve.FirstHalf(device, "compute", defines) if halved else None
+        self._half: resolve.FirstHalf | None = None
+        if film.halved:
+            self._half = resolve.FirstHalf(device, "compute", {**defines, **apart_define(film)})
         self._sum = Program(device, "sum_texels", DECLARATIONS)
 
     def resolve(self, wanted: Collection[str]) -> tuple[Picture, Telling]:
@@ -100,9 +106,9 @@ class DeviceResolver:
         passes = {"half_passes": float(self._film.half_passes)}
         self._half.run({**inputs, "first_half": half}, uniforms=passes)
 
-    def write_combined(self, film: Film, picture: Stream) -> None:
-        """Write a strip's Combined to a stream."""
-        self._resolved(film, picture)
+    def write_denoised(self, film: Film, picture: Stream) -> None:
+        """Write what of a strip's Combined denoisers see to a stream."""
+        self._resolved(film, picture, 0.0 if apart_define(self._film) else 1.0)
 
     def _images(self, wanted: Collection[str]) -> Picture:
         there = next(self._strips())[0].sums
@@ -186,13 +192,16 @@ class DeviceResolver:
             assert isinstance(film, Film)
             yield film, strip.rows, strip.height * strip.size[0]
 
-    def _resolved(self, film: Film, picture: Stream | None = None) -> dict[str, Stream]:
-        """Streams of RESOLVED, of which that of Combined may be given."""
+    def _resolved(
+        self, film: Film, picture: Stream | None = None, of_emission: float = 1.0
+    ) -> dict[str, Stream]:
+        """Streams of RESOLVED, of which that of Combined may be given, and be without emission."""
         inputs = {name: film.sums[name] for name in self._resolve.inputs}
         outputs = dict(zip(self._resolve.outputs, film.spare, strict=False))
         outputs |= {"picture": picture} if picture else {}
-        passes = {"passes": float(self._film.passes)}
-        self._resolve.run({**inputs, **outputs}, uniforms=passes)
+        values = {"passes": float(self._film.passes), "of_emission": of_emission}
+        values = {name: values[name] for name in self._resolve.uniforms}
+        self._resolve.run({**inputs, **outputs}, uniforms=values)
         return {name: outputs[port] for name, port in RESOLVED.items()}
 
     def _parts_of(self, film: Film, length: int, of_squares: float, floor: float) -> Stream:

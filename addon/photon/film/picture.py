@@ -117,11 +117,21 @@ def _rows_of(means: Images, wanted: Collection[str]) -> dict[str, NDArray[np.flo
     return images
 
 
+def halved_images(names: Collection[str], noisy_emission: bool) -> list[str]:
+    """Those of a film's images of which there are halves where it is denoised. With one of emission
+    what lamps show is not: it has no noise but at edges, and by it denoisers light what is dark
+    beside."""
+    halved = HALVED_IMAGES if noisy_emission else (*HALVED_IMAGES, *EMISSION_IMAGES)
+    return [name for name in halved if name in names]
+
+
 def first_half(statistics: Statistics) -> NDArray[np.float32]:
     """Combined (h, w, 3) of the passes of the first half, with the whole's coverage: quotients of
-    halves would not average to the quotient of the whole."""
+    halves would not average to the quotient of the whole. Without emission, if that is halved."""
     means, halves = statistics.means, statistics.halves
     made = halves["combined"][..., :3].astype(np.float32)
+    if "emission" in halves:
+        made -= halves["emission"][..., :3].astype(np.float32)
     weights = {"indirect": means["direct"][..., 3:], "mirror_indirect": mirror_images(means)[0]}
 
     def work(rows: slice) -> None:

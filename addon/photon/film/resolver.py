@@ -107,11 +107,12 @@ class DenoisingResolver(HostResolver):
 
     def resolve(self, wanted: Collection[str]) -> tuple[Picture, Telling]:
         """As Resolver's. Raises DenoiserError."""
-        images, _ = self._plain.resolve({*wanted, *FEATURES, "Combined"} - {"Error"})
+        images, _ = self._plain.resolve({*wanted, *FEATURES, "Combined", "Emission"} - {"Error"})
         plain = images["Combined"]
         share = self._film.half_passes / self._film.passes
         half = self._plain.first_half()
-        found = picture_denoised(images, half, share, self._opened, self.features_first)
+        apart = images["Emission"] if "emission" in self._film.halved else None
+        found = picture_denoised(images, half, share, self._opened, self.features_first, apart)
         images["Combined"] = np.concatenate([found.picture, plain[..., 3:]], axis=-1)
         self.by = found.by
 

@@ -79,7 +79,7 @@ class StripFilm:
         halved: Sequence[str] = (),
     ) -> None:
         """`halved`: images of which half of the passes is kept apart, too."""
-        self.strips = strips
+        self.strips, self.halved = strips, halved
         size = strips[0].size
         self._spare = [Stream(backend.device, SUM, size) for _ in range(backend.film_spares)]
         self.films: list[Film | HostFilm] = [

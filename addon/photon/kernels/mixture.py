@@ -2,7 +2,7 @@
 """The mixture of a picture and of what a denoiser makes of its halves: native/src/mixture.rs on the
 device."""
 
-from ...streams import Kernel, Table, Uniform
+from ...streams import Kernel, Table, Uniform, When
 from .records import SUM
 
 
@@ -54,10 +54,22 @@ class MixtureKept(Kernel):
 
 
 class Mixture(Kernel):
-    """The mixture, by the mean of what is kept; and how much of the noise is left, beside how much
-    there was."""
+    """The mixture, by the mean of what is kept, and what is not denoised; and how much of the noise
+    is left, beside how much there was."""
 
     stem = "mixture"
-    inputs = {"picture": SUM, "clean": SUM, "other_clean": SUM, "kept": SUM, "told": SUM}
+    structure = ("EMISSION_APART",)
+    inputs = {
+        "picture": SUM,
+        "clean": SUM,
+        "other_clean": SUM,
+        "kept": SUM,
+        "told": SUM,
+        "emission": When("EMISSION_APART", SUM),
+    }
     outputs = {"mixed": SUM, "left": SUM}
-    uniforms = {"share": Uniform("float"), "unit": Uniform("float")}
+    uniforms = {
+        "share": Uniform("float"),
+        "unit": Uniform("float"),
+        "passes": When("EMISSION_APART", Uniform("float")),
+    }

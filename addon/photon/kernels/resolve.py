@@ -11,23 +11,25 @@ _SUMS: Ports = {
 
 
 class Resolve(Kernel):
-    """Make the picture, and of its parts those that are not mere means, of the sums of passes."""
+    """Make the picture, with emission or without, and of its parts those that are not mere means,
+    of the sums of passes."""
 
     stem = "resolve"
     structure = ("MIRRORED", "EMITTERS", "LEAST_COVERAGE")
     inputs = {**_SUMS, "background": SUM, "emission": When("EMITTERS", SUM)}
     outputs = {"picture": SUM, "indirect_part": SUM, "mirror_part": SUM}
-    uniforms = {"passes": Uniform("float")}
+    uniforms = {"passes": Uniform("float"), "of_emission": When("EMITTERS", Uniform("float"))}
 
 
 class FirstHalf(Kernel):
     """Make the picture of half of the passes, of their sums and those of all."""
 
     stem = "first_half"
-    structure = ("MIRRORED", "LEAST_COVERAGE")
+    structure = ("MIRRORED", "EMISSION_APART", "LEAST_COVERAGE")
     inputs = {
         **_SUMS,
         "half_combined": SUM,
+        "half_emission": When("EMISSION_APART", SUM),
         "half_indirect": SUM,
         "half_mirror_indirect": When("MIRRORED", SUM),
     }
