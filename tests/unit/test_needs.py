@@ -18,6 +18,7 @@ from addon.photon.stage.portals import WORLD_RAYS
 from addon.streams import Device, Kernel
 from tests.scenes import Builder, backdrop, cornell, plain_material, with_cone
 from tests.stability.table import Measured
+from tests.unit.test_denoiser import needs_it
 
 PHOTONS = {"generator", "projector", "reflector", "cuts", "coverage"}
 DIRECT = {"direct"}
@@ -319,7 +320,9 @@ def test_native_way_of_shadow_rays(device: Device, compiled: list[str]) -> None:
     assert "shadow_rays" not in stems(compiled)
 
 
-@pytest.mark.parametrize("settings", [{"denoise": True}, {"denoising_data": True}], ids=str)
+@pytest.mark.parametrize(
+    "settings", [pytest.param({"denoise": True}, marks=needs_it), {"denoising_data": True}], ids=str
+)
 def test_what_denoisers_go_by(
     device: Device, compiled: list[str], settings: dict[str, Any]
 ) -> None:

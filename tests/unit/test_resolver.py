@@ -23,6 +23,7 @@ from addon.streams import Device
 from addon.streams.ahead import Ahead, links_ahead
 from addon.streams.linked import Linked
 from tests.scenes import cornell
+from tests.unit.test_denoiser import needs_it
 
 SETTINGS = Settings(
     width=40, height=24, photons=2048, backend="compute", illuminance=True, passes=9
@@ -37,6 +38,7 @@ def rendered(device: Device, scene: Scene, passes: int) -> Renderer:
     return renderer
 
 
+@needs_it
 @pytest.mark.parametrize("rows", [24, 7])  # of a strip at most
 @pytest.mark.parametrize(
     "scene",
