@@ -212,9 +212,9 @@ class Budget:
         images, and four of batches; natively there are arrays of as many bytes."""
         settings = self._settings
         images = 5 + 2 * self._has_chains + self._has_photons + self._has_emitters
-        images += 2 * self._has_features + (2 + self._has_chains) * settings.denoise  # halves
-        images += self._has_emitters * settings.denoise
-        images += settings.caustics * (1 + self._has_chains)
+        images += 2 * self._has_features + settings.caustics * (1 + self._has_chains)
+        halves = 2 + self._has_chains + self._has_emitters
+        images += halves * settings.denoise
         return 2 * (images + settings.illuminance) + 4
 
     @cached_property

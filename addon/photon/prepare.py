@@ -182,7 +182,7 @@ class _Preparation:
             names += CAUSTIC_IMAGES[: 1 + needs.secondary_rays] if needs.caustics else ()
             names += FEATURE_IMAGES if needs.features else ()
             names += ["blur"] * needs.photons
-            halved = halved_images(names, needs.media) if settings.denoise else []
+            halved = halved_images(names, needs.noisy_emission) if settings.denoise else []
             film = StripFilm(backend, strips, names, halved)
             self._own.append(film.release)
             film.prepare()

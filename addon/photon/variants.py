@@ -229,8 +229,7 @@ def _kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
             yield kernel, {**asked, "VISIBILITY": 1}, {}
     walks: tuple[Defines, ...] = ({"WALKS": 1}, {"WALKS": 1, "TRANSPARENT": 1})
     clamped = product((CombinePrimary, CombineMirror), ({}, {"TRANSPARENT": 1}, *walks))
-    for kernel, more in clamped:
-        yield kernel, {"EMITTERS": 1, "CLAMPED": 1, **more}, {}
+    yield from ((kernel, {"EMITTERS": 1, "CLAMPED": 1, **more}, {}) for kernel, more in clamped)
     around: Defines = {"PANORAMIC": 1}
     for asked in seen:
         yield CombinePrimary, {**asked, **lux}, {}
@@ -249,8 +248,9 @@ def _kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
     added += tuple({**first, "FEATURES": 1} for first in added)
     for first in added:
         yield AddChain, first, {}
-    for count, apart in product(range(4), ({}, {"EMISSION_APART": 1})):
-        yield Mixture, apart, {}
+    halves: tuple[Defines, ...] = ({}, {"EMISSION_APART": 1})
+    yield from ((Mixture, apart, {}) for apart in halves)
+    for count, apart in product(range(4), halves):
         for names in combinations(("mirror", "emission", "blur"), count):
             yield Resolve, resolver_defines(names), {}
             yield ErrorParts, resolver_defines(names), {}

@@ -13,8 +13,15 @@ import pytest
 from numpy.typing import NDArray
 
 from addon.photon.kernels.records import LIGHT, LIGHT_NODE, LIGHT_PLACE
+from addon.photon.prepare import prepare
 from addon.photon.scene import BLACK, Light, Material, point_light, spot_light, world_light
-from addon.photon.stage.emissive import Emission, emissive_triangles, triangle_lights
+from addon.photon.settings import Settings
+from addon.photon.stage.emissive import (
+    Emission,
+    are_one_lamp,
+    emissive_triangles,
+    triangle_lights,
+)
 from addon.photon.stage.geometry import Frame, Mesh
 from addon.photon.stage.light_tables import (
     choose_lights,
@@ -29,22 +36,23 @@ from addon.photon.stage.light_tree import (
     DRAWN_OF_ONE,
     DRAWN_RAYS,
     LEAST_DRAWN,
+    LEAST_OF_ONE,
     MOST_ASKED,
     MOST_GROUPS,
     Bounds,
     asked_lights,
     groups_of,
     light_tree,
-    one_lamp,
 )
 from addon.photon.stage.switches import made_lights
-from addon.streams import Table, Uniform
+from addon.streams import Device, Table, Uniform
 from tests.kernels.conftest import Bench
 from tests.scenes import Builder, camera
 from tests.unit.glsl_files import VALUE, declare
 
 DRAW, PROBABILITY, EMIT = range(3)
 COUNT = 1 << 17
+FAR = 1e3  # the flux of a light that is
 HERE = Frame(np.zeros(3), 1.0)
 EXTENT = 1.5
 PROBE = declare(
@@ -226,10 +234,9 @@ def test_few_lights_far_away_hide_none_nearby(one_bench: Bench) -> None:
         (np.ones(MOST_ASKED + 1), 0, (), DRAWN_RAYS),
         # A strong lamp: of the many weak ones beside it few are drawn, and of few none.
         (np.array([30.0, *[0.01] * 40]), 0, [0], LEAST_DRAWN),
-        (np.array([30.0, *[0.01] * 4]), 0, range(5), 0),
-        # Half of the light comes from many, or from few.
-        (np.array([50.0, *[1.0] * 50]), 0, [0], DRAWN_RAYS // 4),
-        (np.array([16.0, *[1.0] * 16]), 0, range(17), 0),
+        (np.array([30.0, *[0.01] * 16]), 0, range(17), 0),
+        # Half of the light comes from many.
+        (np.array([50.0, *[1.0] * 50]), 0, [0], DRAWN_RAYS // 2),
         # A sun says nothing of lamps in a room; a lamp that lights nothing is not asked.
         (np.array([1e6, *[1.0] * 40]), 1, range(41), 0),
         (np.array([1e6, 0.0, *[1.0] * 65]), 1, [0], DRAWN_RAYS),
@@ -247,7 +254,7 @@ def test_what_glows_asks_for_few_rays() -> None:
     """It and half as much light of many lamps; and few lamps among it are each asked."""
     glows = np.arange(300) < 200
     found = asked_lights(np.ones(300), 0, glows)
-    assert found.lights.tolist() == [] and found.drawn == DRAWN_RAYS // 8
+    assert found.lights.tolist() == [] and found.drawn == DRAWN_RAYS // 4
     assert asked_lights(np.ones(300), 0, glows | True).drawn == LEAST_DRAWN
     found = asked_lights(np.array([50.0, *[0.1] * 60]), 0, np.arange(61) > 0)
     assert found.lights.tolist() == [0] and found.drawn == LEAST_DRAWN
@@ -259,27 +266,54 @@ def test_many_dark_lights_ask_for_few_rays() -> None:
     assert found.lights.tolist() == [0] and 0 < found.drawn < 10
 
 
-def test_triangles_of_one_lamp_are_drawn_less_often() -> None:
-    """Of a ball or a screen fewer than of balls far apart, or beside a lamp that is no mesh; what
-    is far away and what is dark says nothing."""
+def test_triangles_that_are_one_lamp() -> None:
+    """Those of a ball or a screen, but not of balls far apart, nor where a lamp that is no mesh is
+    among them."""
     screen = Builder().quad((0, 0, 0), (2, 0, 0), (2, 1, 1), (0, 1, 1))
-    sky = light_table((world_light("sky", (0.1,) * 3),), HERE, EXTENT)
     bulb = light_table((point_light("bulb", (0.0, 0.0, 2.0), (1.0,) * 3),), HERE)
     ball, balls = of_balls(0.0), of_balls(0.0, 20.0)
-    for lights, distant, is_one in (
-        (ball, 0, True),
-        (of_triangles(screen), 0, True),
-        (joined(sky, ball), 1, True),
-        (balls, 0, False),
-        (joined(bulb, ball), 0, False),
-        (sky, 1, False),
+    for lights, is_one in (
+        (ball, True),
+        (of_triangles(screen), True),
+        (balls, False),
+        (of_balls(*range(0, 20, 2)), False),
+        (joined(bulb, ball), False),
     ):
-        lights["chosen"] = 1.0
-        assert one_lamp(lights, distant) == is_one
-    balls["chosen"][len(ball) :] = 0.0
-    assert one_lamp(balls, 0)
-    assert asked_lights(np.ones(65), 0, are_one=True).drawn == DRAWN_OF_ONE < DRAWN_RAYS
-    assert asked_lights(np.ones(2 * DRAWN_OF_ONE), 0, are_one=True).drawn == 0
+        assert are_one_lamp(lights, np.ones(len(lights), bool)) == is_one
+    some = np.arange(len(balls)) < len(ball)
+    assert are_one_lamp(balls, some) and not are_one_lamp(balls, some & ~some)
+
+
+def test_how_often_one_lamp_is_asked() -> None:
+    """The less often, the less it brings beside others."""
+
+    def one(some: NDArray[np.bool_]) -> bool:
+        """Of what is near and shines."""
+        return not some[flux == FAR].any() and some[(flux > 0.0) & (flux != FAR)].all()
+
+    for flux, distant, asked, drawn in (
+        (np.ones(65), 0, 0, DRAWN_OF_ONE),
+        (np.ones(2 * DRAWN_OF_ONE), 0, 2 * DRAWN_OF_ONE, 0),
+        (np.array([100.0, *[1.0] * 40]), 0, 1, LEAST_OF_ONE),
+        (np.array([15.0, *[1.0] * 40]), 0, 1, DRAWN_OF_ONE // 2),
+        (np.array([100.0, *[1.0] * 4]), 0, 5, 0),
+        (np.array([FAR, 0.0, *[1.0] * 40]), 1, 1, DRAWN_OF_ONE),
+    ):
+        found = asked_lights(flux, distant, are_one=one)
+        assert (len(found.lights), found.drawn) == (asked, drawn)
+
+
+def test_a_scene_asks_of_one_lamp(device: Device) -> None:
+    """Where one is, and it is all that lights."""
+    for places, drawn in (((0.0,), DRAWN_OF_ONE), ((0.0, 20.0), DRAWN_RAYS)):
+        built = Builder()
+        for x in places:
+            built.sphere((x, 0.0, 0.0), 0.5, subdivisions=1)
+        glowing = Material("", BLACK, (), (1, 2, 3))
+        scene = built.scene(camera((0, -9, 0), (0, 0, 0)), [], [glowing])
+        renderer = prepare(scene, Settings(width=8, height=8, photons=64, passes=1), device)
+        assert renderer.eye._tables.asked.drawn == drawn
+        renderer.release()
 
 
 def of_balls(*places: float) -> NDArray[Any]:

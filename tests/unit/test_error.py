@@ -92,6 +92,20 @@ def test_what_is_left_of_a_speck() -> None:
     assert found.noise == pytest.approx(math.sqrt(of_speck / left.size), rel=0.01)
 
 
+@pytest.mark.parametrize("part", [0.0, 0.25, 1.0, 2.0])
+def test_noise_that_is_not_denoised(part: float) -> None:
+    """Of emission, which the halves tell: all of it is left, and a share of the rest."""
+    noise, left = 0.2 / 8, 0.1
+    wanted = statistics(0.2)
+    wanted.means["emission"] = np.zeros((*SHAPE, 4))
+    half = np.full((*SHAPE, 4), math.sqrt(part) * noise)
+    wanted = replace(wanted, halves={"emission": half}, half_passes=32)
+    plain = picture_of(wanted.means)["Combined"]
+    found = error_of([wanted], plain, shown=plain, left=np.full(SHAPE, left, np.float32))
+    remains = math.sqrt(left + (1.0 - left) * min(part, 1.0))
+    assert found.noise == pytest.approx(remains * noise / over(noise), rel=1e-4)
+
+
 def test_bias() -> None:
     found = error(statistics(0.0, 0.01))
     assert found.noise == 0.0 and found.bias == pytest.approx(

@@ -25,6 +25,7 @@ from addon.photon.scene import Medium, Scene, phong
 from addon.photon.settings import Settings
 from addon.streams import Device, Stream, StreamError, draw
 from tests.scenes import cornell
+from tests.unit.test_denoiser import needs_it
 
 ROOT = Path(__file__).parents[2]
 SMALL = Settings(width=24, height=16, photons=1000, passes=1)
@@ -112,6 +113,17 @@ def test_textures_are_counted(
 ) -> None:
     scene = scene_of(lobes, lights)
     found, expected = textures_of(device, monkeypatch, scene, strip, replace(SMALL, **settings))
+    assert found == expected
+
+
+@needs_it
+@pytest.mark.parametrize("backend", ["native", "fragment", "compute"])
+def test_halves_of_emission_are_counted(
+    device: Device, monkeypatch: pytest.MonkeyPatch, backend: Any
+) -> None:
+    settings = replace(SMALL, backend=backend, denoise=True)
+    scene = cornell(mirror=True, bulb=True)
+    found, expected = textures_of(device, monkeypatch, scene, 24 * 16, settings)
     assert found == expected
 
 

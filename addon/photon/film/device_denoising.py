@@ -105,7 +105,7 @@ class DeviceDenoisingResolver(DenoisingResolver):
     def _mixed(self, film: Film, look: _Look) -> Texels:
         """The picture (h, w, 4); how much of its noise is left stays on the device."""
         share = self._film.half_passes / self._film.passes
-        picture = half = look.stream()
+        picture = half = look.stream()  # of one pass
         self._of_film.write_denoised(film, picture)
         if share < 1.0:
             half = look.stream()
@@ -139,7 +139,7 @@ class DeviceDenoisingResolver(DenoisingResolver):
                 stream.clear()
         ports = {"picture": picture, **clean, "kept": kept, "told": told}
         ports |= {"mixed": mixed, "left": self._left}
-        if "emission" in self._mix.inputs:
+        if self._film.emission_is_apart:
             ports["emission"] = film.sums["emission"]
             lights["passes"] = float(self._film.passes)
         self._mix.run(ports, uniforms=lights)

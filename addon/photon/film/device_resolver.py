@@ -68,7 +68,7 @@ def resolver_defines(names: Collection[str]) -> Defines:
 
 def apart_define(film: StripFilm) -> Defines:
     """What kernels are compiled with that know of emission that is not denoised."""
-    return {"EMISSION_APART": 1} if "emission" in film.halved else {}
+    return {"EMISSION_APART": 1} if film.emission_is_apart else {}
 
 
 class DeviceResolver:
@@ -81,7 +81,7 @@ class DeviceResolver:
         self._resolve = resolve.Resolve(device, "compute", defines)
         self._parts = resolve.ErrorParts(device, "compute", defines)
         self._half: resolve.FirstHalf | None = None
-        if film.halved:
+        if film.has_halves:
             self._half = resolve.FirstHalf(device, "compute", {**defines, **apart_define(film)})
         self._sum = Program(device, "sum_texels", DECLARATIONS)
 
@@ -108,7 +108,7 @@ class DeviceResolver:
 
     def write_denoised(self, film: Film, picture: Stream) -> None:
         """Write what of a strip's Combined denoisers see to a stream."""
-        self._resolved(film, picture, 0.0 if apart_define(self._film) else 1.0)
+        self._resolved(film, picture, of_emission=float(not self._film.emission_is_apart))
 
     def _images(self, wanted: Collection[str]) -> Picture:
         there = next(self._strips())[0].sums

@@ -82,8 +82,9 @@ def error_of(
 ) -> Error:
     """The error of the picture `combined` (h, w, 3 or more) that was made of `strip_statistics`:
     those of the strips of its rows, from the bottom. If it was denoised, the error of the denoised
-    picture `shown` (h, w, 3), where a share `left` (h, w) of the squared noise remains: still
-    relative to `combined`, for what is left of a speck hangs on chance as large as it was."""
+    picture `shown` (h, w, 3), where a share `left` (h, w) of the squared noise remains, but for
+    what was not denoised: still relative to `combined`, for what is left of a speck hangs on chance
+    as large as it was."""
     height, width = combined.shape[:2]
     shown = combined if shown is None else shown
     # By rows, so that it is the same for all strips.
@@ -97,10 +98,9 @@ def error_of(
             return unknown_error((height, width), with_image)
         batches = statistics.squares[PAIR].batches
         strip = slice(row, row + len(variance))
-        _take(statistics, variance, combined, floor, strip, parts)
+        share = None if left is None else left[strip]
+        _take(statistics, variance, combined, floor, strip, parts, share)
         row += len(variance)
-    if left is not None:
-        parts.noises[:] *= left
     error = error_by(parts.totals())
     return error_with_image(error, parts, shown, floor, batches) if with_image else error
 
@@ -185,8 +185,9 @@ def _take(
     floor: float,
     strip: slice,
     parts: ErrorParts,
+    left: Floats | None,
 ) -> None:
-    """Write a strip's parts."""
+    """Write a strip's parts; `left`: of its noise, as error_of's."""
 
     def work(rows: slice) -> None:
         here = slice(strip.start + rows.start, strip.start + rows.stop)
@@ -197,13 +198,26 @@ def _take(
         squares = np.square(_over(value, means["combined"][..., :3])) * variance[rows, :, :3]
         scale = np.square(value)
         scale = 1.0 / (np.maximum(scale - squares, LEAST_SQUARE * scale) + floor**2)
-        parts.noises[here] = np.einsum("ijk,ijk->ij", squares, scale) / 3
+        noises = np.einsum("ijk,ijk->ij", squares, scale) / 3
+        if left is not None:
+            apart = np.minimum(_noises_apart(statistics, rows, scale), noises)
+            noises = left[rows] * (noises - apart) + apart
+        parts.noises[here] = noises
         if "blur" in means:
             change, colour, share = _change(means, variance[rows, :, 3])
             parts.changes[here] = change * np.einsum("ijk,ijk->ij", np.square(colour), scale) / 3
             parts.lit[here], parts.even[here] = share > 0, share >= EVEN
 
     in_blocks(variance.shape, work)
+
+
+def _noises_apart(statistics: Statistics, rows: slice, scale: Floats) -> Any:
+    """What the noise of emission adds to the relative square, where it is not denoised."""
+    if "emission" not in statistics.halves:
+        return 0.0
+    half, mean = (x["emission"][rows, :, :3] for x in (statistics.halves, statistics.means))
+    share = statistics.half_passes / statistics.passes
+    return share / (1.0 - share) * np.einsum("ijk,ijk->ij", np.square(half - mean), scale) / 3
 
 
 def _change(exact: Images, variance: Floats) -> tuple[Floats, Floats, Floats]:

@@ -118,9 +118,9 @@ def _rows_of(means: Images, wanted: Collection[str]) -> dict[str, NDArray[np.flo
 
 
 def halved_images(names: Collection[str], noisy_emission: bool) -> list[str]:
-    """Those of a film's images of which there are halves where it is denoised. With one of emission
-    what lamps show is not: it has no noise but at edges, and by it denoisers light what is dark
-    beside."""
+    """Those of a film's images of which half of the passes is kept apart, where it is denoised.
+    Emission is among them, to be taken off before, unless it is noisy: a denoiser smears a bright
+    lamp over what is dark beside it."""
     halved = HALVED_IMAGES if noisy_emission else (*HALVED_IMAGES, *EMISSION_IMAGES)
     return [name for name in halved if name in names]
 
@@ -129,9 +129,10 @@ def first_half(statistics: Statistics) -> NDArray[np.float32]:
     """Combined (h, w, 3) of the passes of the first half, with the whole's coverage: quotients of
     halves would not average to the quotient of the whole. Without emission, if that is halved."""
     means, halves = statistics.means, statistics.halves
-    made = halves["combined"][..., :3].astype(np.float32)
+    light = halves["combined"][..., :3]
     if "emission" in halves:
-        made -= halves["emission"][..., :3].astype(np.float32)
+        light = light - halves["emission"][..., :3]
+    made = light.astype(np.float32)
     weights = {"indirect": means["direct"][..., 3:], "mirror_indirect": mirror_images(means)[0]}
 
     def work(rows: slice) -> None:

@@ -107,11 +107,13 @@ class DenoisingResolver(HostResolver):
 
     def resolve(self, wanted: Collection[str]) -> tuple[Picture, Telling]:
         """As Resolver's. Raises DenoiserError."""
-        images, _ = self._plain.resolve({*wanted, *FEATURES, "Combined", "Emission"} - {"Error"})
+        asked = {*wanted, *FEATURES, "Combined"} - {"Error"}
+        is_apart = self._film.emission_is_apart
+        images, _ = self._plain.resolve(asked | ({"Emission"} if is_apart else set()))
         plain = images["Combined"]
         share = self._film.half_passes / self._film.passes
         half = self._plain.first_half()
-        apart = images["Emission"] if "emission" in self._film.halved else None
+        apart = images["Emission"] if is_apart else None
         found = picture_denoised(images, half, share, self._opened, self.features_first, apart)
         images["Combined"] = np.concatenate([found.picture, plain[..., 3:]], axis=-1)
         self.by = found.by

@@ -79,12 +79,22 @@ class StripFilm:
         halved: Sequence[str] = (),
     ) -> None:
         """`halved`: images of which half of the passes is kept apart, too."""
-        self.strips, self.halved = strips, halved
+        self.strips, self._halved = strips, halved
         size = strips[0].size
         self._spare = [Stream(backend.device, SUM, size) for _ in range(backend.film_spares)]
         self.films: list[Film | HostFilm] = [
             backend.film(size, names, self._spare, halved) for _ in strips
         ]
+
+    @property
+    def emission_is_apart(self) -> bool:
+        """Whether what lamps show is known of halves, and not denoised."""
+        return "emission" in self._halved
+
+    @property
+    def has_halves(self) -> bool:
+        """Whether it can be denoised."""
+        return bool(self._halved)
 
     def prepare(self) -> None:
         """Begin with sums of nothing."""

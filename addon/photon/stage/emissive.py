@@ -17,6 +17,9 @@ from .kinds import light_kinds
 Doubles = NDArray[np.float64]
 
 TRIANGLE = "triangle"  # the kind
+# Triangles are one lamp whose area is this share of the square of their box's longest side: a ball
+# has 3.1 of it, a square 1, and ten balls in a row, as far apart as they are wide, 0.09.
+ONE_LAMP = 0.3
 EVERYONE = (1 << len(FOUND_BY)) - 1  # finds them
 # Who finds emissive triangles, if one of these kinds of rays meets their surface: shadow rays are
 # sent for others.
@@ -88,6 +91,18 @@ def triangle_lights(scene: Scene, mesh: Mesh, emission: Emission) -> NDArray[Any
     table["more"][:, 3] = emission.shares
     table[is_there] = _of_each(table[is_there], mesh.triangles[places[is_there]])
     return table
+
+
+def are_one_lamp(lights: NDArray[Any], some: NDArray[np.bool_]) -> bool:
+    """Whether some of a table's lights (L,) are triangles that fill the box about them."""
+    ours = lights[some]
+    if not len(ours) or (ours["kind"] != light_kinds()[TRIANGLE].number).any():
+        return False
+    corners = ours["position"], ours["parameters"][:, :3], ours["more"][:, :3]
+    a, b, c = (corner.astype(np.float64) for corner in corners)
+    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+    longest = np.ptp(np.concatenate([a, b, c]), axis=0).max()
+    return bool(area >= ONE_LAMP * longest**2)
 
 
 def _of_each(table: NDArray[Any], triangles: NDArray[Any]) -> NDArray[Any]:

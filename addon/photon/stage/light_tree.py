@@ -5,6 +5,7 @@ bring it the most (light_tree.glsl)."""
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,21 +14,18 @@ from numpy.typing import NDArray
 
 from ..kernels.lights import IS_GLOW
 from ..kernels.records import LIGHT_NODE, LIGHT_PLACE
-from .emissive import TRIANGLE
-from .kinds import light_kinds
 
 # A visible point asks each light, by a shadow ray or by a few, up to so many weak ones. Of more it
 # asks DRAWN_RAYS, drawn by the tree. Distant lights are asked each.
 MOST_ASKED = 64
 DRAWN_RAYS = 32
 STRONG = 1 / 16  # of the flux of all that are not distant: weak is a light that has no more of it
-# MOST_ASKED and DRAWN_RAYS are times the square of the share that weak lights have of that flux: by
-# that goes the variance that chance brings in. At least so many rays are drawn, and only from more
-# than twice as many lights.
-LEAST_DRAWN = 2
-# Triangles whose area is this share of the surface of the box about them are one lamp, whose parts
-# are alike: so many rays are drawn to it, and only from more than twice as many triangles.
-ONE_LAMP, DRAWN_OF_ONE = 0.1, 8
+# MOST_ASKED and DRAWN_RAYS are times the share that weak lights have of that flux. At least so many
+# rays are drawn, and only from more than twice as many lights.
+LEAST_DRAWN = 8
+# Of one lamp's triangles, which are alike, fewer: times the square of the share, as the variance
+# that drawing adds grows with that.
+DRAWN_OF_ONE, LEAST_OF_ONE = 8, 2
 ASKED = -1.0  # as a place in the tree
 # By how many lights at most, levels that a tree has more than it needs: with them few lights far
 # away need not share a node with half of the others. Each costs every draw two nodes; memory
@@ -59,11 +57,11 @@ def asked_lights(
     flux: Doubles,
     distant: int,
     glows: NDArray[np.bool_] | bool = False,
-    are_one: bool = False,
+    are_one: Callable[[NDArray[np.bool_]], bool] = lambda _: False,
 ) -> AskedLights:
     """Those of lights of these fluxes (L,), in any unit, of which so many first ones are distant,
-    and some stand for what media emit. All of them, but where many have little. `are_one`: those
-    that are not distant are parts of one lamp (`one_lamp`)."""
+    and some stand for what media emit. All of them, but where many have little. `are_one`: whether
+    some of them (L,) are one lamp."""
     local = flux.copy()
     local[:distant] = 0.0
     whole = float(local.sum())
@@ -72,26 +70,15 @@ def asked_lights(
     share = float(local[weak].sum()) / whole if whole > 0.0 else 1.0
     # Most of what glows brings about as much as what is beside it.
     share -= float(local[weak & glows].sum()) / whole if whole > 0.0 else 0.0
-    most, drawn = (2 * DRAWN_OF_ONE, DRAWN_OF_ONE) if are_one else (MOST_ASKED, DRAWN_RAYS)
-    if weak.sum() <= max(most * share**2, 2 * LEAST_DRAWN):
+    most, rays, least = MOST_ASKED * share, DRAWN_RAYS * share, LEAST_DRAWN
+    if are_one(local > 0.0):
+        rays, least = DRAWN_OF_ONE * share**2, LEAST_OF_ONE
+        most = 2 * rays
+    if weak.sum() <= max(most, 2 * least):
         return AskedLights(np.arange(len(flux)))
     asked = np.flatnonzero((flux > 0.0) & ~weak)
-    rays = max(drawn * share**2, LEAST_DRAWN)  # the others may all be dark
+    rays = max(rays, least)  # the others may all be dark
     return AskedLights(asked, 2 ** round(math.log2(rays)))  # for few programs
-
-
-def one_lamp(lights: NDArray[Any], distant: int) -> bool:
-    """Whether those of a table's that shine, but for so many first ones, are triangles that fill
-    the box about them."""
-    near = lights[distant:]
-    near = near[near["chosen"] > 0.0]
-    if not len(near) or (near["kind"] != light_kinds()[TRIANGLE].number).any():
-        return False
-    corners = near["position"], near["parameters"][:, :3], near["more"][:, :3]
-    a, b, c = (corner.astype(np.float64) for corner in corners)
-    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
-    x, y, z = np.ptp(np.concatenate([a, b, c]), axis=0)
-    return bool(area >= ONE_LAMP * 2.0 * (x * y + y * z + z * x))
 
 
 def is_of_media(lights: NDArray[Any]) -> NDArray[np.bool_]:

@@ -96,12 +96,17 @@ class SceneNeeds:
         return {**of_rays, **found, **self.caustic_defines, **self.media_defines}
 
     @property
+    def noisy_emission(self) -> bool:
+        """Whether chance decides what the eye sees of lamps, not only at their edges: where in a
+        lens a ray begins, or when, or whether a medium scatters it."""
+        return self.lens or self.moves or self.scattering
+
+    @property
     def noisy_features(self) -> bool:
-        """Whether chance decides what denoisers go by: whether glass reflects or a medium scatters,
-        where in a lens a ray begins, or when."""
+        """Whether chance decides what denoisers go by: that, and whether glass reflects."""
         kinds = [lobe_kinds()[name] for name in self.lobe_kinds - {TRANSPARENT}]
         has_glass = any(kind.transmits and not kind.is_diffuse for kind in kinds)
-        return self.lens or self.moves or has_glass or self.scattering
+        return self.noisy_emission or has_glass
 
     @property
     def caustic_defines(self) -> dict[str, int | float]:

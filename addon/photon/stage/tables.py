@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import moderngl
@@ -18,11 +18,12 @@ from ..kernels.records import PORTAL
 from ..scene import Light, Scene
 from .aims import Aims
 from .emission import SAMPLES_OF_MOVED, emission_of
+from .emissive import are_one_lamp
 from .environments import Place, environment_table
 from .geometry import Frame, Mesh
 from .kinds import light_kinds
 from .light_tables import bounds_of, count_distant, is_seen, light_trees, lights_of, set_shares
-from .light_tree import AskedLights, asked_lights, groups_of, is_of_media, leaves_for, one_lamp
+from .light_tree import AskedLights, asked_lights, groups_of, is_of_media, leaves_for
 from .limits import knows_rays, limit_table, visibility_table
 from .material_tables import material_tables, space_table
 from .media import Media, beams
@@ -148,7 +149,7 @@ class Tables:
         emitters, lights = lights_of(device, layer, scene, frame, mesh, emission, places, more)
         flux = lights["chosen"].astype(np.float64)
         distant = count_distant(lights) if emitters else 0
-        are_one = one_lamp(lights, distant)
+        are_one = partial(are_one_lamp, lights)
         asked = asked_lights(flux, distant, is_of_media(lights), are_one)
         tables = {"lights": lights, **light_trees(device, layer, lights, asked, more)}
         if any(material.emits_by_program for material in scene.materials):
