@@ -173,6 +173,7 @@ def textures_of(
     count = 24 * 16 // strip
     on_host = renderer.backend.name == "native"  # the film is in arrays, of as many bytes
     expected = budget.strip_textures + (0 if on_host else count * budget.film_textures)
+    expected += (budget.together - 1) * budget.path_textures
     height = 16 // count
     found = sum(size[1] // height for size in made if size[0] == 24 and size[1] % height == 0)
     return found, expected
