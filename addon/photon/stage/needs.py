@@ -103,7 +103,8 @@ class SceneNeeds:
 
     @property
     def noisy_features(self) -> bool:
-        """Whether chance decides what denoisers go by: that, and whether glass reflects."""
+        """Whether chance decides what denoisers go by: as `noisy_emission` says, or as glass may
+        reflect."""
         kinds = [lobe_kinds()[name] for name in self.lobe_kinds - {TRANSPARENT}]
         has_glass = any(kind.transmits and not kind.is_diffuse for kind in kinds)
         return self.noisy_emission or has_glass
