@@ -250,11 +250,11 @@ def _kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
         yield AddChain, first, {}
     halves: tuple[Defines, ...] = ({}, {"EMISSION_APART": 1})
     yield from ((Mixture, apart, {}) for apart in halves)
-    for count, apart in product(range(4), halves):
+    for count in range(4):
         for names in combinations(("mirror", "emission", "blur"), count):
             yield Resolve, resolver_defines(names), {}
             yield ErrorParts, resolver_defines(names), {}
-            yield FirstHalf, {**resolver_defines(names), **apart}, {}
+            yield from ((FirstHalf, {**resolver_defines(names), **apart}, {}) for apart in halves)
     passing: tuple[Defines, ...] = (behind, {"PANES": 1}, {**behind, "PANES": 1})
     there: tuple[Defines, ...] = ({}, {"MEDIA": 1}, {"MEDIA": 1, "VARYING": 1})
     for asked, passed, within in product(({}, lux), passing, there):

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from addon.photon.kernels.records import LIGHT, LIGHT_NODE, LIGHT_PLACE
 from addon.photon.prepare import prepare
-from addon.photon.scene import BLACK, Light, Material, point_light, spot_light, world_light
+from addon.photon.scene import BLACK, Light, Material, Scene, point_light, spot_light, world_light
 from addon.photon.settings import Settings
 from addon.photon.stage.emissive import (
     Emission,
@@ -100,9 +100,14 @@ def triangles(seed: int) -> NDArray[Any]:
     return of_triangles(built)
 
 
+def glowing(built: Builder) -> Scene:
+    """What was built, of an emissive material."""
+    return built.scene(camera((0, 0, 0), (1, 1, 1), 40), [], [Material("", BLACK, (), (1, 2, 3))])
+
+
 def of_triangles(built: Builder) -> NDArray[Any]:
-    """The lights that are what was built of an emissive material."""
-    scene = built.scene(camera((0, 0, 0), (1, 1, 1), 40), [], [Material("", BLACK, (), (1, 2, 3))])
+    """The lights that this is."""
+    scene = glowing(built)
     mesh = Mesh.build(scene, HERE)
     emission = np.array([material.emission for material in scene.materials])
     radiance = emission[scene.material[emissive_triangles(scene, mesh)]]
@@ -271,12 +276,12 @@ def test_triangles_that_are_one_lamp() -> None:
     among them."""
     screen = Builder().quad((0, 0, 0), (2, 0, 0), (2, 1, 1), (0, 1, 1))
     bulb = light_table((point_light("bulb", (0.0, 0.0, 2.0), (1.0,) * 3),), HERE)
-    ball, balls = of_balls(0.0), of_balls(0.0, 20.0)
+    ball, balls = (of_triangles(balls_at(*places)) for places in ((0.0,), (0.0, 20.0)))
     for lights, is_one in (
         (ball, True),
         (of_triangles(screen), True),
         (balls, False),
-        (of_balls(*range(0, 20, 2)), False),
+        (of_triangles(balls_at(*range(0, 20, 2))), False),
         (joined(bulb, ball), False),
     ):
         assert are_one_lamp(lights, np.ones(len(lights), bool)) == is_one
@@ -306,22 +311,18 @@ def test_how_often_one_lamp_is_asked() -> None:
 def test_a_scene_asks_of_one_lamp(device: Device) -> None:
     """Where one is, and it is all that lights."""
     for places, drawn in (((0.0,), DRAWN_OF_ONE), ((0.0, 20.0), DRAWN_RAYS)):
-        built = Builder()
-        for x in places:
-            built.sphere((x, 0.0, 0.0), 0.5, subdivisions=1)
-        glowing = Material("", BLACK, (), (1, 2, 3))
-        scene = built.scene(camera((0, -9, 0), (0, 0, 0)), [], [glowing])
-        renderer = prepare(scene, Settings(width=8, height=8, photons=64, passes=1), device)
+        settings = Settings(width=8, height=8, photons=64, passes=1)
+        renderer = prepare(glowing(balls_at(*places)), settings, device)
         assert renderer.eye._tables.asked.drawn == drawn
         renderer.release()
 
 
-def of_balls(*places: float) -> NDArray[Any]:
-    """Emissive ones of a radius of 0.5, at places on a line."""
+def balls_at(*places: float) -> Builder:
+    """Of a radius of 0.5, at places on a line."""
     built = Builder()
     for x in places:
         built.sphere((x, 0.0, 0.0), 0.5, subdivisions=1)
-    return of_triangles(built)
+    return built
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,7 @@ from addon.photon.stage import gathered
 from addon.streams import Device
 from tests.measure import render
 from tests.scenes import Builder, camera, cornell, plain_light, replace
+from tests.unit.test_denoiser import needs_it
 
 BLACK = (0.0, 0.0, 0.0)
 ROUGHNESS = 0.5
@@ -124,7 +125,7 @@ def test_what_is_seen_sends_rays(
     assert images["Mirror"].any() and not gathered_first["Mirror"].any()
 
 
-@pytest.mark.skipif(find() is None, reason="OpenImageDenoise is not here")
+@needs_it
 @pytest.mark.parametrize("case", ["mirror", "first hits", "lamp of a size", "no mirror"])
 def test_where_what_is_seen_sends_rays(device: Device, case: str) -> None:
     """Not where these miss what photons bring: a lamp of no size in a mirror, or light that no

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.denoiser import Denoiser, DenoiserError, find
+from addon.denoiser import Denoiser, DenoiserError
 from addon.photon import prepare as preparation
 from addon.photon.film import denoise, resolver
 from addon.photon.film.error import DARK
@@ -21,11 +21,11 @@ from addon.photon.scene.camera import Lens, Motion
 from addon.photon.settings import Settings
 from addon.streams import Device
 from tests.scenes import Builder, cornell, plain_material, random_room
+from tests.unit.test_denoiser import needs_it
 from tests.unit.test_movement import SCENE as MOVES
 
 from .make_room_references import FILE, SIZE
 
-needs_it = pytest.mark.skipif(find() is None, reason="OpenImageDenoise is not here")
 ROOM = Settings(width=SIZE, height=SIZE, photons=8192, passes=64, seed=5)
 SMALL = Settings(width=24, height=16, photons=1000, passes=4, seed=2)
 

@@ -18,7 +18,6 @@ from addon.denoiser import (
     Denoiser,
     DenoiserError,
     PreparedFilter,
-    find,
 )
 from addon.denoiser.cuda import DRIVER
 from addon.photon.backends import backend as backend_module
@@ -30,8 +29,9 @@ from addon.photon.renderer import Renderer
 from addon.photon.settings import FEWEST_PASSES, Settings
 from addon.streams import Device
 from tests.scenes import cornell
+from tests.unit.test_denoiser import needs_it
 
-pytestmark = pytest.mark.skipif(find() is None, reason="OpenImageDenoise is not here")
+pytestmark = needs_it
 # Wider than high, and not whole work groups; few photons, so that all of it is mixed.
 SETTINGS = Settings(width=43, height=29, photons=2000, passes=9, seed=4, denoise=True)
 

@@ -105,7 +105,7 @@ class DeviceDenoisingResolver(DenoisingResolver):
     def _mixed(self, film: Film, look: _Look) -> Texels:
         """The picture (h, w, 4); how much of its noise is left stays on the device."""
         share = self._film.half_passes / self._film.passes
-        picture = half = look.stream()  # of one pass
+        picture = half = look.stream()  # of one pass they are the same
         self._of_film.write_denoised(film, picture)
         if share < 1.0:
             half = look.stream()
