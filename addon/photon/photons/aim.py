@@ -23,6 +23,7 @@ from .photon_portals import portals_by, sees_lamp, sees_no_lamp
 from .portals import LIFT, NO_PORTALS, portals_of
 from .starts import (
     ENOUGH_PHOTONS,
+    NO_AIMS,
     Starts,
     even_shares,
     proposed,
@@ -90,6 +91,7 @@ class Aiming:
         self._learned: Starts | None = None
         self._view: View | None = None
         self._surrounded: Surrounded | None = None
+        self._afar: Starts | None = None  # light from afar at all distances alike
         self._mesh = mesh
         tables.set_shadow_portals(NO_PORTALS)
         tables.set_photon_portals(NO_PORTALS)
@@ -178,7 +180,11 @@ class Aiming:
     def _starts(self, view: View) -> Starts:
         """By what first photons tell, and by more where it may be worth it."""
         tables = self._tables
-        importance = self._trace(Starts(even_shares(tables), None), 0, view, self._first_photons)
+        self._afar = self._from_afar(view) if self._is_outside else None
+        first = Starts(even_shares(tables), None)
+        if self._afar and is_small(view):  # else hardly one of light from afar comes near
+            first = self._afar
+        importance = self._trace(first, 0, view, self._first_photons)
         plain = starts = self._by_shares(importance, view) if importance else self._plain
         missing, are_found = self._missing(importance, view), False
         for at, photons in enumerate(PHOTONS, 1):
@@ -200,7 +206,12 @@ class Aiming:
             missing = frozenset()
         assert importance
         gain = variance(importance, tables, plain) / variance(importance, tables, starts)
-        return starts_by(importance, tables, view) if gain >= LEAST_GAIN else plain
+        return self._by(importance, view) if gain >= LEAST_GAIN else plain
+
+    def _by(self, importance: Importance, view: View) -> Starts:
+        """By what is known; light from afar at all distances alike where that is better."""
+        afar = self._afar.aims.by_light if self._afar and self._afar.aims else NO_AIMS
+        return starts_by(importance, self._tables, view, others=afar)
 
     @property
     def _first_photons(self) -> int:
@@ -226,7 +237,7 @@ class Aiming:
         """Whether what half of the photons tell is worth it to the others."""
         one, other = importance.part(np.s_[::2]), importance.part(np.s_[1::2])
         tables = self._tables
-        by_one = starts_by(one, tables, view)
+        by_one = self._by(one, view)
         if by_one.aims is None:
             return False
         shares_alone = starts_by(one, tables, view, are_aimed=False)
@@ -262,13 +273,12 @@ class Aiming:
         """By what is known; and by what the picture shows of light from afar, where little is, and
         of near lights whose photons are missing there."""
         tables = self._tables
-        starts = starts_by(importance, tables, view) if importance else None
+        starts = self._by(importance, view) if importance else None
         aims = dict(starts.aims.by_light) if starts and starts.aims else {}
         is_unknown = tables.distant_lights > 0 and self._is_unknown(importance)
         if is_unknown:
-            afar = self._from_afar(view)
-            assert afar.aims
-            aims |= afar.aims.by_light
+            assert self._afar and self._afar.aims
+            aims |= self._afar.aims.by_light
         if not (missing or aims or tables.distant_lights):
             missing = frozenset(int(group[0]) for group in tables.light_groups if len(group) == 1)
         if missing:

@@ -8,7 +8,9 @@ the least is left where p goes with the root of a. So do parts of what one light
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 import photon_stream_native as native
@@ -22,6 +24,7 @@ from .view import Doubles, View
 # at most, for places that no light reaches are none to wait for.
 LEAST_PLAIN, MOST_PLAIN = 0.25, 0.5
 ENOUGH_PHOTONS = 24  # photons of a light that tell where others shall start
+NO_AIMS: Mapping[int, Aim] = MappingProxyType({})
 NEAREST = 0.1  # of the way from the eye to what it sees: no photons are closer together at first
 
 
@@ -41,10 +44,20 @@ def even_shares(tables: Tables) -> Doubles:
     return shares
 
 
-def starts_by(importance: Importance, tables: Tables, view: View, are_aimed: bool = True) -> Starts:
-    """Those that leave the least variance."""
+def starts_by(
+    importance: Importance,
+    tables: Tables,
+    view: View,
+    are_aimed: bool = True,
+    others: Mapping[int, Aim] = NO_AIMS,
+) -> Starts:
+    """Those that leave the least variance. `others`: what lights may be aimed by, too."""
     least = max(LEAST_PLAIN, 1.0 - importance.known)
     aims = _aims_by(importance, tables, view, min(least, MOST_PLAIN)) if are_aimed else {}
+    for light, other in others.items() if are_aimed else ():
+        own = importance.of(light)
+        if _moment(own, tables, light, other) < _moment(own, tables, light, aims.get(light)):
+            aims[light] = other
     moments = _moments(importance, tables, aims)
     flux, groups = tables.by_flux, tables.light_groups
     of_group = np.array([flux[group].sum() for group in groups])
@@ -116,10 +129,16 @@ def _moments(importance: Importance, tables: Tables, aims: dict[int, Aim]) -> Do
     count = len(tables.by_flux)
     moments: Doubles = np.bincount(importance.light, importance.mass, count).astype(np.float64)
     for light, aim in aims.items():
-        own = importance.of(light)
-        numbers, masses = own.numbers, own.mass
-        if light < tables.distant_lights:
-            numbers, larger = own.about(aim.middle)
-            masses = masses * larger
-        moments[light] = (masses / native.aim_pdf(aim.nodes, numbers)).sum()
+        moments[light] = _moment(importance.of(light), tables, light, aim)
     return moments
+
+
+def _moment(own: Importance, tables: Tables, light: int, aim: Aim | None) -> float:
+    """The same of one light, whose photons these are."""
+    numbers, masses = own.numbers, own.mass
+    if aim is None or not len(masses):
+        return float(masses.sum())
+    if light < tables.distant_lights:
+        numbers, larger = own.about(aim.middle)
+        masses = masses * larger
+    return float((masses / native.aim_pdf(aim.nodes, numbers)).sum())
