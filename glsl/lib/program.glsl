@@ -7,19 +7,13 @@
 
 const int PARTS = 7;
 
-vec4 registers[PROGRAMS];
-
 bool is_given(float code) { return code != 0.0; }
 
-// What a code stands for: a constant, a register, or a part of one in place of x, y and z.
-vec4 operand(float code) {
-    int number = int(code);
-    if (number < 0) return constant_at(-1 - number).value;
-    number -= 1;
-    vec4 value = registers[number / PARTS];
-    int part = number % PARTS;
+// A part of a result in place of x, y and z.
+vec4 part_of(vec4 value, int part) {
     if (part == 0) return value;
-    if (part <= 4) return vec4(value[part - 1]);
+    if (part <= 2) return vec4(part == 1 ? value.x : value.y);
+    if (part <= 4) return vec4(part == 3 ? value.z : value.w);
     return vec4(part == 5 ? luminance(value.xyz) : mean(value.xyz));
 }
 

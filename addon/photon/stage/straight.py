@@ -175,8 +175,8 @@ def _places(nodes: list[Node], shape: Shape) -> tuple[int, ...]:
 
 
 def made_programs(code: StraightCode) -> str:
-    """Its GLSL: `run_program`, which runs a material's."""
-    lines = ["void run_program(Material material) {"]
+    """Its GLSL: `run_program`, which runs a material's, and `operand`, what a code stands for."""
+    lines = [*_registers(max(code.registers, 1)), "void run_program(Material material) {"]
     lines.append("    int first = int(material.first_constant), shape = int(material.shape);")
     firsts = code.first_operands()
     users: list[dict[int, Instruction]] = [{} for _ in code.nodes]  # instructions by shape
@@ -201,8 +201,17 @@ def made_programs(code: StraightCode) -> str:
             if register < len(shape.asked) and code.wants(number - 1, shape.asked[register])
         }
         if asked:
-            lines.append(f"    registers[{register}] = {_chosen(asked)};")
+            lines.append(f"    register{register} = {_chosen(asked)};")
     return "\n".join([*lines, "}"]) + "\n"
+
+
+def _registers(count: int) -> list[str]:
+    """Of so many each a variable: drivers keep arrays in memory where a number tells which."""
+    lines = [f"vec4 register{number};" for number in range(count)]
+    lines += ["vec4 operand(float code) {", "    int number = int(code) - 1;"]
+    lines += ["    int which = number / PARTS;", "    vec4 value = register0;"]
+    lines += [f"    if (which == {n}) value = register{n};" for n in range(1, count)]
+    return [*lines, "    return part_of(value, number % PARTS);", "}"]
 
 
 def _operand(

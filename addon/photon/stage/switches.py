@@ -194,7 +194,7 @@ def made_nodes(names: Collection[str], code: str = "") -> Made:
     # Operands are fetched once for all kinds: for each it would be more code than most of them are.
     fields = ("first", "second", "third", "fourth", "fifth", "sixth")
     most = max((len(kind.operands) for kind in used), default=0)
-    lines.append("vec4 run_node(Instruction node) {")
+    lines += ['#include "lib/registers.glsl"', "vec4 run_node(Instruction node) {"]
     for name in fields[:most]:
         lines.append(f"    vec4 {name} = is_given(node.{name}) ? operand(node.{name}) : vec4(0.0);")
     for kind in used:
