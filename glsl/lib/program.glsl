@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Run a material's program: made/nodes.glsl has the nodes of the scene's, and what runs them. PROGRAMS registers
-// are enough. Uses the tables of instructions and constants.
+// Run a material's program: made/nodes.glsl has the nodes of the scene's, what runs them, and `operand`, what a code
+// stands for. Uses the tables of instructions and constants.
 #include "lib/shading_point.glsl"
 #include "lib/surface.glsl"
 #include "lib/colour.glsl"

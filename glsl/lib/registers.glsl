@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where the interpreter keeps results.
+// Where the interpreter keeps results: PROGRAMS registers are enough. Uses the table of constants, and what
+// lib/program.glsl has of parts.
 
 vec4 registers[PROGRAMS];
 

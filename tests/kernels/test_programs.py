@@ -15,6 +15,7 @@ from addon.blender.export.arithmetic import ARITHMETIC, FUNCTIONS
 from addon.photon.errors import SceneError
 from addon.photon.kernels.shade import Shade
 from addon.photon.scene import Instruction, Material, Result
+from addon.photon.scene.programs import PARTS
 from addon.photon.stage import straight
 from addon.photon.stage.programs import MOST_REGISTERS, allocated, program_tables, registers_of
 from addon.photon.stage.straight import made_programs, straight_code
@@ -38,10 +39,11 @@ def constant(value: float) -> tuple[float, float, float, float]:
     return (value, value, value, 1.0)
 
 
-def shaded(bench: Bench, program: tuple[Instruction, ...], at: int = -1) -> Any:
-    """What Shade finds as albedo if that is a result of a program."""
-    result = Result(at % len(program))
-    material = Material("m", program=program, varying={"diffuse": result})
+def shaded(bench: Bench, program: tuple[Instruction, ...], at: int = -1, part: str = "xyzw") -> Any:
+    """What Shade finds as albedo if that is a part of a result of a program, the first of which is
+    asked for, too."""
+    varying = {"diffuse": Result(at % len(program), part), "emission": Result(0)}
+    material = Material("m", program=program, varying=varying)
     both = (BLACK, material)
     code = straight_code(both)
     made = made_nodes({i.kind for i in program}, made_programs(code) if code else "")
@@ -97,9 +99,10 @@ def test_straight_code_gives_what_the_interpreter_does(bench: Bench, monkeypatch
             operation("ADD", Result(3), Result(2, "y")),
         ]
     )
-    found = [shaded(bench, program, at).copy() for at in (1, -1)]
+    asked = ((1, "xyzw"), *((-1, part) for part in PARTS))
+    found = [shaded(bench, program, *each).copy() for each in asked]
     monkeypatch.setattr(straight, "MOST_INSTRUCTIONS", 0)
-    assert np.array_equal(found, [shaded(bench, program, at) for at in (1, -1)])
+    assert np.array_equal(found, [shaded(bench, program, *each) for each in asked])
     assert np.min(found) > 0.0 and np.max(found) < 1.0 + 1e-6
 
 

@@ -98,6 +98,21 @@ def falls(renderer: Renderer, passes: int = 32) -> NDArray[Any]:
     return np.array(found)
 
 
+def test_small_things_have_all_light(device: Device) -> None:
+    """As much, and with less noise, as of photons that start by flux alone."""
+    with rendered(device, studio(), **SETTINGS) as renderer:
+        tables = renderer.eye._tables
+        assert tables.aims and 0 in tables.aims.by_light  # the world's
+        aimed = falls(renderer, passes=64)
+        tables.aim(None)
+        plain = falls(renderer, passes=64)
+    off = aimed.mean() / plain.mean() - 1.0
+    chance = np.sqrt((aimed.var(ddof=1) + plain.var(ddof=1)) / len(plain)) / plain.mean()
+    print(f"off by {off:.3f} +- {chance:.3f}; noise {aimed.std() / plain.std():.2f} of it")
+    assert abs(off) < 4.0 * chance and chance < 0.1
+    assert aimed.std() < 0.7 * plain.std()
+
+
 @pytest.mark.thorough("10 km", "beside its middle")
 @pytest.mark.parametrize(
     "half, at, middle",

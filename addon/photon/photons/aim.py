@@ -6,14 +6,14 @@ All of it is a function of seed and scene, made again by whoever needs it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..stage.aims import Aims
+from ..stage.aims import Aim, Aims
 from ..stage.geometry import Mesh
 from ..stage.kinds import light_kinds
 from ..stage.tables import Tables
@@ -42,6 +42,7 @@ PORTAL_PASS = LEARNING_PASS + 8  # and the next two: of photons that look for po
 WIDE = 2.5  # how much wider cells are for the first photons
 # Where half of what is seen has no photon, more look for it: of light from afar at all distances.
 ENOUGH_KNOWN = 0.5
+MUCH = 0.1
 PROMISING = 1.3  # over the variance without; by a half of the first photons, of the other half
 # Where less is gained photons start by flux alone, whatever the view: so they serve the next one.
 LEAST_GAIN_OF_SHARES = 2.0
@@ -91,7 +92,8 @@ class Aiming:
         self._learned: Starts | None = None
         self._view: View | None = None
         self._surrounded: Surrounded | None = None
-        self._afar: Starts | None = None  # light from afar at all distances alike
+        self._is_small = False  # the picture, beside what light from afar comes to
+        self._proposed: Mapping[int, Aim] = NO_AIMS  # for light from afar
         self._mesh = mesh
         tables.set_shadow_portals(NO_PORTALS)
         tables.set_photon_portals(NO_PORTALS)
@@ -162,12 +164,16 @@ class Aiming:
         return starts
 
     def _learn_starts(self, view: View) -> Starts:
-        tables = self._tables
-        if self._is_outside and is_small(view):
-            self._use(self._from_afar(view))
+        tables, self._surrounded = self._tables, None
+        tables.set_photon_portals(NO_PORTALS)
+        self._is_small = self._is_outside and is_small(view)
+        self._propose(view)
+        if self._is_small:
+            self._use(self._by_proposals())
             self._surrounded = surrounded(self._mapper, view, self._mesh, PORTAL_PASS)
             if self._surrounded:
                 tables.set_photon_portals(self._surrounded.faces, around=True)
+                self._propose(view)
         starts = self._starts(view)
         if self._is_rare and _uses_no_portal(tables, starts):
             tables.set_photon_portals(faces_about(view), around=True)
@@ -180,18 +186,19 @@ class Aiming:
     def _starts(self, view: View) -> Starts:
         """By what first photons tell, and by more where it may be worth it."""
         tables = self._tables
-        self._afar = self._from_afar(view) if self._is_outside else None
-        first = Starts(even_shares(tables), None)
-        if self._afar and is_small(view):  # else hardly one of light from afar comes near
-            first = self._afar
+        # Where the picture is small hardly a photon of light from afar comes near by flux alone.
+        by_flux = Starts(even_shares(tables), None)
+        first = self._by_proposals() if self._is_small else by_flux
         importance = self._trace(first, 0, view, self._first_photons)
         plain = starts = self._by_shares(importance, view) if importance else self._plain
         missing, are_found = self._missing(importance, view), False
         for at, photons in enumerate(PHOTONS, 1):
             is_wanted = (
                 are_found
+                or importance is None
                 or self._is_unknown(importance)
-                or (importance is not None and self._promises(importance, view))
+                or self._is_untold(importance)
+                or self._promises(importance, view)
             )
             if not (is_wanted or missing):
                 return plain
@@ -209,9 +216,9 @@ class Aiming:
         return self._by(importance, view) if gain >= LEAST_GAIN else plain
 
     def _by(self, importance: Importance, view: View) -> Starts:
-        """By what is known; light from afar at all distances alike where that is better."""
-        afar = self._afar.aims.by_light if self._afar and self._afar.aims else NO_AIMS
-        return starts_by(importance, self._tables, view, others=afar)
+        """By what is known."""
+        proposals = self._proposed if self._is_small else NO_AIMS
+        return starts_by(importance, self._tables, view, proposals=proposals)
 
     @property
     def _first_photons(self) -> int:
@@ -242,7 +249,18 @@ class Aiming:
             return False
         shares_alone = starts_by(one, tables, view, are_aimed=False)
         best = min(variance(other, tables, starts) for starts in (self._plain, shares_alone))
-        return best >= PROMISING * variance(other, tables, by_one)
+        return best > 0.0 and best >= PROMISING * variance(other, tables, by_one)
+
+    def _is_untold(self, importance: Importance) -> bool:
+        """Whether too few photons of a light tell where others shall start, though they leave much
+        of the variance."""
+        tables, count = self._tables, len(self._tables.by_flux)
+        told = np.bincount(importance.light, importance.mass > 0.0, count)
+        moments = np.bincount(importance.light, importance.mass, count)
+        left = np.divide(moments, tables.by_flux, out=np.zeros(count), where=tables.by_flux > 0.0)
+        lone = [int(group[0]) for group in tables.light_groups if len(group) == 1]
+        few = [x for x in lone if told[x] < 2 * ENOUGH_PHOTONS]  # each half is to have enough
+        return bool((left[few] > MUCH * left.sum()).any())
 
     def _is_unknown(self, importance: Importance | None) -> bool:
         """Whether light may reach much of the picture that no photon has reached yet."""
@@ -277,8 +295,7 @@ class Aiming:
         aims = dict(starts.aims.by_light) if starts and starts.aims else {}
         is_unknown = tables.distant_lights > 0 and self._is_unknown(importance)
         if is_unknown:
-            assert self._afar and self._afar.aims
-            aims |= self._afar.aims.by_light
+            aims |= self._proposed
         if not (missing or aims or tables.distant_lights):
             missing = frozenset(int(group[0]) for group in tables.light_groups if len(group) == 1)
         if missing:
@@ -287,14 +304,15 @@ class Aiming:
         shares = even_shares(tables) if is_unknown or missing or not starts else starts.shares
         return Starts(shares, Aims(len(shares), aims) if aims else None)
 
-    def _from_afar(self, view: View) -> Starts:
-        """Light from afar at all distances from what the picture shows alike."""
-        around = self._surrounded
+    def _propose(self, view: View) -> None:
+        """Aim light from afar at all distances from what the picture shows."""
+        around, extent = self._surrounded, float(np.linalg.norm(self._mesh.extent))
         middle = around.middle if around else view.middle
-        ray = self._mapper.rays(LEARNING_PASS, 1)[0].astype(np.float64)
-        origin, direction = np.split(ray, 2)
-        extent = float(-origin @ direction)
-        return Starts(even_shares(self._tables), proposed(self._tables, view, extent, middle))
+        self._proposed = proposed(self._tables.distant_lights, view, extent, middle)
+
+    def _by_proposals(self) -> Starts:
+        shares = even_shares(self._tables)
+        return Starts(shares, Aims(len(shares), self._proposed))
 
 
 def _counts(importance: Importance, light: int) -> bool:

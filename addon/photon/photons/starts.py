@@ -14,6 +14,7 @@ from types import MappingProxyType
 
 import numpy as np
 import photon_stream_native as native
+from numpy.typing import NDArray
 
 from ..stage.aims import Aim, Aims
 from ..stage.tables import Tables
@@ -49,15 +50,19 @@ def starts_by(
     tables: Tables,
     view: View,
     are_aimed: bool = True,
-    others: Mapping[int, Aim] = NO_AIMS,
+    proposals: Mapping[int, Aim] = NO_AIMS,
 ) -> Starts:
-    """Those that leave the least variance. `others`: what lights may be aimed by, too."""
+    """Those that leave the least variance. `proposals`: aims of lights, for where they leave less
+    than what is learned."""
     least = max(LEAST_PLAIN, 1.0 - importance.known)
     aims = _aims_by(importance, tables, view, min(least, MOST_PLAIN)) if are_aimed else {}
-    for light, other in others.items() if are_aimed else ():
+    for light, aim in proposals.items():
         own = importance.of(light)
-        if _moment(own, tables, light, other) < _moment(own, tables, light, aims.get(light)):
-            aims[light] = other
+        is_told = np.count_nonzero(own.mass) >= ENOUGH_PHOTONS
+        if is_told and _moment(own, tables, light, aim) < _moment(
+            own, tables, light, aims.get(light)
+        ):
+            aims[light] = aim
     moments = _moments(importance, tables, aims)
     flux, groups = tables.by_flux, tables.light_groups
     of_group = np.array([flux[group].sum() for group in groups])
@@ -79,18 +84,18 @@ def variance(importance: Importance, tables: Tables, starts: Starts) -> float:
     return float((moments[there] / starts.shares[there]).sum())
 
 
-def proposed(tables: Tables, view: View, extent: float, middle: Doubles) -> Aims:
-    """Lights afar aimed at all distances from a middle alike, before any photon tells where;
-    `extent`: the radius of the discs that photons start on."""
+def proposed(distant_lights: int, view: View, extent: float, middle: Doubles) -> dict[int, Aim]:
+    """Lights afar aimed at all distances from a middle alike, but for those photons that go by flux
+    alone; `extent`: the radius of the discs that photons start on."""
     halvings = int(-np.log2(_nearest(view, middle, extent)))
     nodes = np.zeros((2 * halvings + 1, 4), np.float32)
     # Each halves a disc's inner part again, and that one is the first of its halves.
-    order = np.arange(halvings)
-    at = np.maximum(2 * order - 1, 0)
-    nodes[at, 0], nodes[at, 2] = 2.0, 2 * order + 1
-    nodes[at, 1] = (halvings - order) / (halvings - order + 1.0)
-    aims = {light: Aim(nodes, middle) for light in range(tables.distant_lights)}
-    return Aims(len(tables.by_flux), aims)
+    order = np.arange(halvings + 1)
+    inside = LEAST_PLAIN * 0.5**order + (1.0 - LEAST_PLAIN) * (1.0 - order / (halvings + 1.0))
+    at = np.maximum(2 * order[:-1] - 1, 0)
+    nodes[at, 0], nodes[at, 2] = 2.0, 2 * order[:-1] + 1
+    nodes[at, 1] = inside[1:] / inside[:-1]
+    return {light: Aim(nodes, middle) for light in range(distant_lights)}
 
 
 def _nearest(view: View, middle: Doubles, extent: float) -> float:
@@ -113,10 +118,7 @@ def _aims_by(importance: Importance, tables: Tables, view: View, least: float) -
             # As in a window.
             middle = closest_to(own.rays, np.sqrt(own.mass), view.middle)
             nearest = _nearest(view, middle, float(-own.rays[0, :3] @ own.rays[0, 3:]))
-        numbers, masses = own.numbers, own.mass
-        if light < tables.distant_lights:
-            numbers, larger = own.about(middle)
-            masses = masses * larger
+        numbers, masses = _about(own, tables, light, middle)
         masses = (masses / masses.max()).astype(np.float32)
         nodes, _ = native.aim_tree(numbers, masses, least, nearest)
         if len(nodes) > 1:
@@ -134,11 +136,19 @@ def _moments(importance: Importance, tables: Tables, aims: dict[int, Aim]) -> Do
 
 
 def _moment(own: Importance, tables: Tables, light: int, aim: Aim | None) -> float:
-    """The same of one light, whose photons these are."""
-    numbers, masses = own.numbers, own.mass
-    if aim is None or not len(masses):
-        return float(masses.sum())
-    if light < tables.distant_lights:
-        numbers, larger = own.about(aim.middle)
-        masses = masses * larger
+    """What a light adds to the variance, times its photons, which `own` are."""
+    if aim is None or not len(own.mass):
+        return float(own.mass.sum())
+    numbers, masses = _about(own, tables, light, aim.middle)
     return float((masses / native.aim_pdf(aim.nodes, numbers)).sum())
+
+
+def _about(
+    own: Importance, tables: Tables, light: int, middle: Doubles
+) -> tuple[NDArray[np.float32], Doubles]:
+    """The numbers (n, 4) that a light's photons start by, and what they count for (n,): of a light
+    afar those that they would start by about a middle."""
+    if light >= tables.distant_lights:
+        return own.numbers, own.mass
+    numbers, larger = own.about(middle)
+    return numbers, own.mass * larger

@@ -176,7 +176,7 @@ def _places(nodes: list[Node], shape: Shape) -> tuple[int, ...]:
 
 def made_programs(code: StraightCode) -> str:
     """Its GLSL: `run_program`, which runs a material's, and `operand`, what a code stands for."""
-    lines = [*_registers(max(code.registers, 1)), "void run_program(Material material) {"]
+    lines = ["void run_program(Material material) {"]
     lines.append("    int first = int(material.first_constant), shape = int(material.shape);")
     firsts = code.first_operands()
     users: list[dict[int, Instruction]] = [{} for _ in code.nodes]  # instructions by shape
@@ -194,6 +194,7 @@ def made_programs(code: StraightCode) -> str:
             for k, own in enumerate(choices)
         ]
         lines.append(f"    vec4 v{at} = run_{kind}({', '.join(given)});")
+    held = []
     for register in range(code.registers):
         asked = {
             number: f"v{places[shape.asked[register]]}"
@@ -201,16 +202,17 @@ def made_programs(code: StraightCode) -> str:
             if register < len(shape.asked) and code.wants(number - 1, shape.asked[register])
         }
         if asked:
+            held.append(register)
             lines.append(f"    register{register} = {_chosen(asked)};")
-    return "\n".join([*lines, "}"]) + "\n"
+    return "\n".join([*_registers(held), *lines, "}"]) + "\n"
 
 
-def _registers(count: int) -> list[str]:
-    """Of so many each a variable: drivers keep arrays in memory where a number tells which."""
-    lines = [f"vec4 register{number};" for number in range(count)]
+def _registers(held: Sequence[int]) -> list[str]:
+    """A variable for each of these: drivers keep arrays in memory where a number tells which."""
+    lines = [f"vec4 register{number};" for number in held]
     lines += ["vec4 operand(float code) {", "    int number = int(code) - 1;"]
-    lines += ["    int which = number / PARTS;", "    vec4 value = register0;"]
-    lines += [f"    if (which == {n}) value = register{n};" for n in range(1, count)]
+    lines += ["    int which = number / PARTS;", "    vec4 value = vec4(0.0);"]
+    lines += [f"    if (which == {number}) value = register{number};" for number in held]
     return [*lines, "    return part_of(value, number % PARTS);", "}"]
 
 
