@@ -25,6 +25,7 @@ from .view import Doubles, View
 # at most, for places that no light reaches are none to wait for.
 LEAST_PLAIN, MOST_PLAIN = 0.25, 0.5
 ENOUGH_PHOTONS = 24  # photons of a light that tell where others shall start
+FAR_BY_FLUX = 0.1  # of photons of light from afar, where others go to all distances alike
 NO_AIMS: Mapping[int, Aim] = MappingProxyType({})
 NEAREST = 0.1  # of the way from the eye to what it sees: no photons are closer together at first
 
@@ -85,13 +86,13 @@ def variance(importance: Importance, tables: Tables, starts: Starts) -> float:
 
 
 def proposed(distant_lights: int, view: View, extent: float, middle: Doubles) -> dict[int, Aim]:
-    """Lights afar aimed at all distances from a middle alike, but for those photons that go by flux
-    alone; `extent`: the radius of the discs that photons start on."""
+    """Lights afar aimed at all distances from a middle alike, but for a share that goes by flux;
+    `extent`: the radius of the discs that photons start on."""
     halvings = int(-np.log2(_nearest(view, middle, extent)))
     nodes = np.zeros((2 * halvings + 1, 4), np.float32)
     # Each halves a disc's inner part again, and that one is the first of its halves.
     order = np.arange(halvings + 1)
-    inside = LEAST_PLAIN * 0.5**order + (1.0 - LEAST_PLAIN) * (1.0 - order / (halvings + 1.0))
+    inside = FAR_BY_FLUX * 0.5**order + (1.0 - FAR_BY_FLUX) * (1.0 - order / (halvings + 1.0))
     at = np.maximum(2 * order[:-1] - 1, 0)
     nodes[at, 0], nodes[at, 2] = 2.0, 2 * order[:-1] + 1
     nodes[at, 1] = inside[1:] / inside[:-1]
