@@ -42,6 +42,7 @@ PORTAL_PASS = LEARNING_PASS + 8  # and the next two: of photons that look for po
 WIDE = 2.5  # how much wider cells are for the first photons
 # Where half of what is seen has no photon, more look for it: of light from afar at all distances.
 ENOUGH_KNOWN = 0.5
+# A light that leaves more of the variance than this shall be told of by enough photons.
 MUCH = 0.1
 PROMISING = 1.3  # over the variance without; by a half of the first photons, of the other half
 # Where less is gained photons start by flux alone, whatever the view: so they serve the next one.
@@ -207,7 +208,7 @@ class Aiming:
             importance = self._trace(Starts(mixed, starts.aims), at, view, photons)
             if importance is None:
                 return plain
-            are_found = any(_counts(importance, light) for light in missing)
+            are_found = any(importance.counted(light) >= ENOUGH_PHOTONS for light in missing)
             if not (is_wanted or are_found):
                 return plain  # nothing of them comes there
             missing = frozenset()
@@ -313,11 +314,6 @@ class Aiming:
     def _by_proposals(self) -> Starts:
         shares = even_shares(self._tables)
         return Starts(shares, Aims(len(shares), self._proposed))
-
-
-def _counts(importance: Importance, light: int) -> bool:
-    """Whether enough photons of a light count to tell where others shall start."""
-    return bool((importance.of(light).mass > 0.0).sum() >= ENOUGH_PHOTONS)
 
 
 def _uses_no_portal(tables: Tables, starts: Starts) -> bool:

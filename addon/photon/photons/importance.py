@@ -44,6 +44,10 @@ class Importance:
             self._by_light[light] = self if own.all() else self.part(np.flatnonzero(own))
         return self._by_light[light]
 
+    def counted(self, light: int) -> int:
+        """How many of a light's count for something."""
+        return int(np.count_nonzero(self.of(light).mass))
+
     def about(self, middle: Doubles) -> tuple[NDArray[np.float32], Doubles]:
         """The numbers (n, 4) by which photons of a light afar start about a middle, and how much
         less dense they are."""

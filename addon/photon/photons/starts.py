@@ -58,11 +58,10 @@ def starts_by(
     least = max(LEAST_PLAIN, 1.0 - importance.known)
     aims = _aims_by(importance, tables, view, min(least, MOST_PLAIN)) if are_aimed else {}
     for light, aim in proposals.items():
-        own = importance.of(light)
-        is_told = np.count_nonzero(own.mass) >= ENOUGH_PHOTONS
-        if is_told and _moment(own, tables, light, aim) < _moment(
-            own, tables, light, aims.get(light)
-        ):
+        if importance.counted(light) < ENOUGH_PHOTONS:
+            continue
+        own, learned = importance.of(light), aims.get(light)
+        if _moment(own, tables, light, aim) < _moment(own, tables, light, learned):
             aims[light] = aim
     moments = _moments(importance, tables, aims)
     flux, groups = tables.by_flux, tables.light_groups
