@@ -14,7 +14,10 @@ from .source import StreamError
 # Elements of a compute work group, by its threads and how many of these share each. So many suit
 # every GPU's warp or wave size; a group that is one warp ends when its own threads have.
 THREADS = 64
-GROUPS = {THREADS: {1: (8, 8), 8: (4, 2)}, 32: {1: (4, 8), 8: (2, 2)}}
+GROUPS = {
+    THREADS: {1: (8, 8), 8: (4, 2), 16: (2, 2)},
+    32: {1: (4, 8), 8: (2, 2), 16: (2, 1)},
+}
 TABLE_WIDTH = 4096  # texels, a power of two; glsl/lib/table.glsl
 FIRST_LIST = 1  # storage buffer binding; 0 counts who is alive
 MOST_OUTPUTS = 8  # what OpenGL guarantees of draw buffers, and of image units in compute programs

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from addon.photon.backends import backend as backends
 from addon.photon.backends.backend import Backend, ResidentBackend
 from addon.photon.photons import bounces, grid_sort, photon_grid
 from addon.photon.photons.deposits import DeviceDeposits, HostDeposits
@@ -147,7 +148,8 @@ def test_pictures_are_bit_equal(
         "photons": 20000,
     }
     monkeypatch.setattr(bounces, "LANDED_ROWS", 32)
-    monkeypatch.setattr(photon_grid, "LANES", 1)  # lanes add up in another order
+    one_lane = photon_grid.Lanes()  # lanes add up in another order
+    monkeypatch.setattr(backends, "lanes_of_gpu", lambda pixels: one_lane)
     # The device's rounds otherwise.
     monkeypatch.setattr(ResidentBackend, "resolver", Backend.resolver)
     by_host = count_host_sorts(monkeypatch, max_ranked)
@@ -173,8 +175,8 @@ def test_lanes_gather_the_same(device: Device, monkeypatch: pytest.MonkeyPatch) 
     """Several invocations a visible point, as on GPUs, of eye rays and chains: to rounding."""
     monkeypatch.setattr(device, "prefers_native", False)
     pictures = []
-    for lanes in (1, 8):
-        monkeypatch.setattr(photon_grid, "LANES", lanes)
+    for lanes in (photon_grid.Lanes(), photon_grid.lanes_of_gpu(1)):
+        monkeypatch.setattr(backends, "lanes_of_gpu", lambda pixels, lanes=lanes: lanes)
         pictures.append(render(device, cornell(True), backend="compute", passes=1, photons=20000))
     one, several = (picture["Combined"] for picture in pictures)
     assert np.abs(one - several).max() <= 1e-5 * one.max()

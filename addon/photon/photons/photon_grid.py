@@ -24,8 +24,8 @@ MAX_CELLS = 1 << 22  # 16 MB of cell starts; a smaller radius then shares cells
 PHOTONS_A_CELL, NARROWEST = 120.0, 0.35
 # Invocations of a GPU that share a visible point. Where neighbours see the same photons, one a
 # point reads least, but fills a large GPU only with a million of them, and after a bounce off a
-# glossy surface none is beside its like.
-LANES = 8
+# glossy surface none is beside its like, and few may be where photons crowd.
+LANES, LANES_OF_CHAINS = 8, 16
 POINTS_THAT_FILL = 1 << 20
 
 
@@ -43,7 +43,7 @@ class Lanes(NamedTuple):
 def lanes_of_gpu(pixels: int) -> Lanes:
     """By the pixels of the frame, also where a region of it is rendered: sums are to have the same
     order."""
-    return Lanes(1 if pixels >= POINTS_THAT_FILL else LANES, LANES)
+    return Lanes(1 if pixels >= POINTS_THAT_FILL else LANES, LANES_OF_CHAINS)
 
 
 class Cells:
