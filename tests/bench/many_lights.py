@@ -61,7 +61,7 @@ def measured(
     """Direct light, and seconds a pass; `rays`: 0 for all lights."""
     choice = by_power_alone if by_power else light_tree.light_tree
 
-    def asked(flux: NDArray[Any], _: int) -> AskedLights:
+    def asked(flux: NDArray[Any], *_: Any) -> AskedLights:
         return AskedLights(np.arange(0 if rays else len(flux)), rays)
 
     with (

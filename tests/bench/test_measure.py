@@ -11,8 +11,10 @@ import numpy as np
 import pytest
 
 from addon.photon.scene import Camera
+from addon.streams import Device
 from tests.regression.blocks import discontinuities, grown
 
+from . import many_lights
 from .chart import page
 from .chart.measure import (
     Error,
@@ -248,3 +250,11 @@ def test_references_are_here(name: str) -> None:
     assert np.isfinite(reference.mean).all() and (reference.a != reference.b).any()
     assert abs(reference.a.mean() / reference.b.mean() - 1) < 0.005
     assert f"{name}.blend" in reference.notes
+
+
+def test_the_bench_of_many_lights_runs(device: Device) -> None:
+    """With a light that the tree draws, and all asked."""
+    for rays in (0, 1):
+        light, seconds = many_lights.measured(device, many_lights.bulbs(3), rays, passes=2)
+        assert light.shape == (many_lights.SIZE, many_lights.SIZE)
+        assert light.mean() > 0.0 and seconds > 0.0

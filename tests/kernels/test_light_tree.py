@@ -180,6 +180,17 @@ def test_draws_have_their_probabilities(one_bench: Bench, name: str, at: int) ->
     assert np.abs(found - probabilities).max() < 4.0 / COUNT + 1e-5
 
 
+def test_far_triangles_that_are_alike_go_by_flux(one_bench: Bench) -> None:
+    """Of those of a ball that face about the same way: nobody asks how each faces a place."""
+    asked = Asked(one_bench, of_triangles(Builder().sphere((0, 0, 0), 0.5, subdivisions=3)))
+    normal, numbers = (0.0, 0.0, -1.0), np.arange(len(asked.lights))
+    for far, least, most in ((0.6, 0.2, 1.0), (6.0, 0.0, 0.05)):
+        probabilities = asked(PROBABILITY, (0.0, 0.0, far), normal, numbers)[:, 0]
+        times = np.sort(probabilities / asked.flux[numbers])
+        kinds = 1 + np.count_nonzero(np.diff(times) > 1e-4 * times[1:])
+        assert least < kinds / len(numbers) < most
+
+
 @pytest.mark.parametrize("name", ["lamps", "triangles", "all"])
 def test_no_light_that_could_arrive_is_forgotten(one_bench: Bench, name: str) -> None:
     """Wherever a photon of a light arrives, it may be drawn."""

@@ -43,7 +43,7 @@ HIT_TRIANGLE = list(HIT.fields).index("triangle")
 _RAY = ("shadow_origin", "shadow_direction")
 _WAY = (*_RAY, "shadow_medium")
 _WIDTH = 256  # of streams of rays that go on
-_ANY_KIND = 0  # of lights
+_DRAWN = 0  # in place of a kind of lights: of all that are not asked
 MOST_FACES = 1024  # of glass, on a shadow ray's way: as in direct.glsl
 STRAIGHT = 0.999992  # as in lib/pane.glsl
 _BEHIND = "unshadowed_behind"
@@ -138,7 +138,7 @@ class TracedDirectLight:
         sums = {name: np.zeros((size[0] * size[1], 4), np.float32) for name in totals}
         for kind, number, by_lobe in self._asked(tables):
             ray = {"number": number, "by_lobe": by_lobe}
-            launch(self._aim(kind), {**streams, **own}, tables, uniforms | ray)
+            launch(self._aim(kind, tables), {**streams, **own}, tables, uniforms | ray)
             brought = {name: own[_BROUGHT[name]].elements() for name in totals}
             hits = self._trace(own, "shadow")
             if self._left:
@@ -167,15 +167,18 @@ class TracedDirectLight:
         if self._needs.by_lobes:
             rays += [(kind, number, 1) for kind, number, _ in rays if kind in self._worlds]
         first = len(tables.asked.lights)
-        return [*rays, *((_ANY_KIND, first + i, 0) for i in range(self._needs.drawn_rays))]
+        return [*rays, *((_DRAWN, first + i, 0) for i in range(self._needs.drawn_rays))]
 
-    def _aim(self, kind: int) -> ShadowRays:
+    def _aim(self, kind: int, tables: Tables) -> ShadowRays:
         """The program that aims rays to lights of a kind."""
         if kind not in self._aims:
-            needs = self._needs
-            if kind != _ANY_KIND:
-                (name,) = (name for name, of in light_kinds().items() if of.number == kind)
-                needs = needs.asking(name)
+            asked = {kind}
+            if kind == _DRAWN:
+                asked = set(np.delete(tables.lights["kind"], tables.asked.lights).astype(int))
+            names = [name for name, of in light_kinds().items() if of.number in asked]
+            needs = self._needs.asking(*names)
+            if kind != _DRAWN:
+                needs = replace(needs, drawn_rays=0)
             made = ShadowRays(self._device, self._layer, needs.direct_defines, made=needs.made)
             self._aims[kind] = made
         return self._aims[kind]

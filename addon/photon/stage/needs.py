@@ -184,10 +184,10 @@ class SceneNeeds:
         """Whether shadow rays go to the world by lobes that gather photons, too."""
         return self.gathered_lobes and any(light_kinds()[x].is_world for x in self.light_kinds)
 
-    def asking(self, kind: str) -> SceneNeeds:
-        """What shadow rays need that go to lights of one kind alone, which are asked."""
-        portals = self.portals and light_kinds()[kind].is_world
-        return replace(self, light_kinds=frozenset({kind}), portals=portals, drawn_rays=0)
+    def asking(self, *kinds: str) -> SceneNeeds:
+        """What shadow rays need that go to lights of these kinds alone."""
+        portals = self.portals and any(light_kinds()[kind].is_world for kind in kinds)
+        return replace(self, light_kinds=frozenset(kinds), portals=portals)
 
     @cached_property
     def light_defines(self) -> Defines:
