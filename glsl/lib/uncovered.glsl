@@ -1,11 +1,31 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Light over its coverage, of this weight: without boundary bias. LEAST_COVERAGE: as film/picture.py has it.
-vec3 over_coverage(vec3 light, float coverage, float weight, vec3 of_none) {
-    coverage = max(coverage, LEAST_COVERAGE * weight);
-    return coverage > 0.0 ? light * weight / coverage : of_none;
+// Indirect light of a whole coverage, without boundary bias: _over_coverage of film/picture.py, with LEAST_COVERAGE.
+
+ivec2 in_row(int step) { return ivec2(clamp(element().x + step, 0, stream_size.x - 1), element().y); }
+
+// Sums over a pixel and both beside it in its row; at the row's ends the last one counts twice.
+vec4 row_sum(sampler2D image) {
+    return texelFetch(image, in_row(-1), 0) + texelFetch(image, in_row(0), 0) + texelFetch(image, in_row(1), 0);
 }
 
-// Mean indirect light, of a sum whose alpha is the coverage.
-vec3 uncovered(vec4 indirect, float weight) {
-    return over_coverage(max(indirect.rgb, 0.0), indirect.a, weight, vec3(0.0));
+vec3 row_sum_of_light(sampler2D image) {
+    vec3 before = texelFetch(image, in_row(-1), 0).rgb, behind = texelFetch(image, in_row(1), 0).rgb;
+    return max(before, 0.0) + max(texelFetch(image, in_row(0), 0).rgb, 0.0) + max(behind, 0.0);
+}
+
+// By what a pixel's light is to be multiplied, and its row's, which is added; two ways, of which one is taken.
+struct Uncovering { float own; float together; bvec3 is_together; };
+
+// Of light, whose alpha is the coverage; `row`: the sum of the light in the row.
+Uncovering uncovering_of(vec4 indirect, float weight, vec3 row, float covered, float weights) {
+    vec3 light = max(indirect.rgb, 0.0);
+    float coverage = max(indirect.a, LEAST_COVERAGE * weight), all = max(covered, LEAST_COVERAGE * weights);
+    Uncovering found = Uncovering(coverage > 0.0 ? weight / coverage : 0.0, 0.0, bvec3(false));
+    if (all > 0.0) found.together = max(weight - max(indirect.a, 0.0), 0.0) / all;
+    if (found.together > 0.0) found.is_together = lessThan(light + found.together * row, found.own * light);
+    return found;
+}
+
+vec3 uncovered(Uncovering by, vec3 light, vec3 row) {
+    return mix(by.own * light, light + by.together * row, by.is_together);
 }
