@@ -76,7 +76,7 @@ def test_never_worse(
     record_property("error with over without", ratios)
     print(f"with over without {min(ratios):.3f} to {max(ratios):.3f}, mean {np.mean(ratios):.3f}")
     print(f"told over true, against without: {min(told):.2f} to {max(told):.2f}")
-    assert max(ratios) < 1.02 and np.mean(ratios) < 0.96
+    assert max(ratios) < 1.02 and np.mean(ratios) < 0.94
     assert min(told) > 0.85 and max(told) < 1.35
 
 

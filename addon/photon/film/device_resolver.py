@@ -26,6 +26,7 @@ from .error import (
 )
 from .film import FOUR, PAIR, Film, batches_that_tell
 from .picture import (
+    BRIGHTER,
     CAUSTIC_IMAGES,
     CHANNELS,
     LEAST_COVERAGE,
@@ -58,6 +59,7 @@ def resolver_defines(names: Collection[str]) -> Defines:
     there = {"mirror": "MIRRORED", "emission": "EMITTERS", "blur": "BLURRED"}
     return {
         "LEAST_COVERAGE": LEAST_COVERAGE,
+        "BRIGHTER": BRIGHTER,
         "LEAST_SQUARE": LEAST_SQUARE,
         "INNER_AREA": INNER_AREA,
         "EVEN": EVEN,

@@ -35,6 +35,7 @@ CHANNELS = {
 OF_ALL = ("direct", "indirect", "background", *MIRROR_IMAGES, *EMISSION_IMAGES, "combined", "blur")
 MADE_OF = {"Normal": "normal", "Illuminance": "illuminance", **FEATURES}
 LEAST_COVERAGE = 0.1  # a mean below it is mostly noise: dividing by it would make fireflies
+BRIGHTER = 1.25  # than its row a pixel may be of which little is covered
 
 Floats = NDArray[Any]
 
@@ -180,11 +181,11 @@ def _uncovered(indirect: Floats, weight: Floats, part: Floats | None = None) -> 
     """Mean indirect light (h, w, 3) of a whole coverage, without boundary bias; of its own one, its
     alpha, and what that is of, its weight. Or a part (h, w, 3) of it, as much of each.
 
-    A pixel's light over its coverage; or, where that is less, its light, and for what the coverage
-    lacks as much as the pixel and both beside it in its row have together. For where little is
-    covered, as of leaves that are smaller than a disc, the quotient is of few photons and few
-    probes: specks. A tilted filter counts photons far off as less than nothing: what they leave of
-    none is none.
+    A pixel's light over its coverage; but at most BRIGHTER times its light and, for what the
+    coverage lacks, as much as the pixel and both beside it in its row have together. For where
+    little is covered, as of leaves that are smaller than a disc, the quotient is of few photons and
+    few probes: specks. A tilted filter counts photons far off as less than nothing: what they leave
+    of none is none.
     """
     light, covered = np.maximum(indirect[..., :3], 0.0), indirect[..., 3:]
     coverage = np.maximum(covered, LEAST_COVERAGE * weight)
@@ -195,8 +196,8 @@ def _uncovered(indirect: Floats, weight: Floats, part: Floats | None = None) -> 
     if missing.any():
         together = np.maximum(_in_row(covered), LEAST_COVERAGE * _in_row(weight))
         share = np.divide(missing, together, where=together > 0, out=np.zeros_like(missing))
-        is_less = light + share * _in_row(light) < times * light
-        found = np.where(is_less, own + share * _in_row(own), found)
+        is_speck = times * light > BRIGHTER * (light + share * _in_row(light))
+        found = np.where(is_speck, BRIGHTER * (own + share * _in_row(own)), found)
     return found
 
 
