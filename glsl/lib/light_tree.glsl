@@ -18,8 +18,8 @@ float cosine_less(float a, float b) {
 // Where light grazes it, a smooth surface is lit from below its triangles too.
 const float LEAST_INCIDENT = 0.05;
 
-// How much light of a node may arrive, up to a factor; 0 only where there is none. It is even if its lights shine to both
-// sides, are far off for its size, and face about the same way: each then brings about as much of its flux.
+// How much light of a node may arrive, up to a factor; 0 only where there is none. It is even if its lights shine to
+// both sides, are far off for its size, and face about the same way: each then brings about as much of its flux.
 struct Arrival { float importance; bool is_even; };
 
 const float FAR_OFF2 = 36.0;  // distance^2 over half the node's size^2
@@ -40,6 +40,7 @@ Arrival arrival_of(LightNode node, vec3 position, vec3 normal) {
     float leaving = cosine_less(cosine_less(off, node.spread), within);
     bool is_dark = incident <= 0.0 || leaving <= 0.0 || (node.reach < BOTH_SIDES && leaving < node.reach);
     bool is_even = node.reach >= BOTH_SIDES && node.spread > ALIKE && distance2 > FAR_OFF2 * radius2;
+    is_even = is_even && node.flux > 0.0;
     return Arrival(is_dark ? 0.0 : node.flux * incident * leaving / distance2, is_even);
 }
 

@@ -191,6 +191,17 @@ def test_far_triangles_that_are_alike_go_by_flux(one_bench: Bench) -> None:
         assert least < kinds / len(numbers) < most
 
 
+def test_dark_triangles_are_never_drawn(one_bench: Bench) -> None:
+    """Among others that are far away and go by flux, and alone in a part of the tree."""
+    lights = of_triangles(Builder().sphere((0, 0, 0), 0.5, subdivisions=3))
+    lights["power"][::3] = lights["power"][: len(lights) // 4] = 0.0
+    asked = Asked(one_bench, lights)
+    numbers = np.arange(len(lights))
+    found = asked(PROBABILITY, (0.0, 0.0, 6.0), (0.0, 0.0, -1.0), numbers)[:, 0]
+    assert np.array_equal(found > 0.0, lights["power"].any(axis=1))
+    assert found.sum() == pytest.approx(1.0, abs=1e-4)
+
+
 @pytest.mark.parametrize("name", ["lamps", "triangles", "all"])
 def test_no_light_that_could_arrive_is_forgotten(one_bench: Bench, name: str) -> None:
     """Wherever a photon of a light arrives, it may be drawn."""
