@@ -114,7 +114,7 @@ class Budget:
         self._shares_memory = backend.shares_memory
         self._can_gather = can_gather(scene, settings, self._materials)
         self._seen_send_rays = seen_send_rays(scene, settings, self._materials)
-        self._strip = strips_of(settings.film_region, backend.strip_pixels)[0].size
+        self._strip = strips_of(settings.frame_region, backend.strip_pixels)[0].size
         self._pools = backend.sizes.pools(free_host_memory())
         self.together = 1  # paths whose light is looked for together
         self.check()
@@ -303,7 +303,7 @@ class Budget:
 
     @property
     def _pixels(self) -> int:
-        x0, y0, x1, y1 = self._settings.film_region
+        x0, y0, x1, y1 = self._settings.frame_region
         return (x1 - x0) * (y1 - y0)
 
     def _deposits(self, known: float | None) -> float:

@@ -168,7 +168,7 @@ class _Preparation:
             mesh.find_faces()
         with self._phases.timed("programs"):
             mapper = self._mapper(device_scene, needs) if needs.photons else None
-            strips = strips_of(settings.film_region, backend.strip_pixels)
+            strips = strips_of(settings.frame_region, backend.strip_pixels)
             seen = self._scene, settings, needs, strips[0].size, budget.together
             eye = Eye(backend, tables, device_scene.frame, *seen)
             self._own.append(eye.release)

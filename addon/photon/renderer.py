@@ -71,7 +71,8 @@ class Renderer:
         self._phases, self._own = parts.phases, parts.own
         self._first_normals: list[moderngl.Buffer] = []  # and depths, of each strip: not read yet
         # Nothing seen, until the first pass; a mean over passes would mix objects.
-        self._depth = np.full((*parts.film.shape, 1), NO_DEPTH, np.float32)
+        x0, y0, x1, y1 = settings.frame_region
+        self._depth = np.full((y1 - y0, x1 - x0, 1), NO_DEPTH, np.float32)
         self._telling: tuple[int, Telling] | None = None  # the error, after so many passes
 
     def render_pass(self) -> None:
@@ -125,8 +126,7 @@ class Renderer:
         if "Depth" in wanted:
             self._read_depth()
             images["Depth"] = self._depth
-        own = self.settings.own_columns
-        return {name: np.ascontiguousarray(image[:, own]) for name, image in images.items()}
+        return images
 
     def _resolve(self, wanted: Collection[str], is_preview: bool) -> tuple[Picture, Telling]:
         """Picture and error; plain ones, and a warning, where denoising fails."""

@@ -136,18 +136,5 @@ class Settings:
 
     @property
     def frame_region(self) -> Region:
-        """The pixels of the picture (x0, y0, x1, y1)."""
+        """The rendered pixels (x0, y0, x1, y1)."""
         return self.region or (0, 0, self.width, self.height)
-
-    @property
-    def film_region(self) -> Region:
-        """Those that are rendered: of a region one column more on each side, as far as the frame
-        goes, for pixels know of those beside them (film/picture.py)."""
-        x0, y0, x1, y1 = self.frame_region
-        return max(x0 - 1, 0), y0, min(x1 + 1, self.width), y1
-
-    @property
-    def own_columns(self) -> slice:
-        """Of the film, the picture's."""
-        begin = self.frame_region[0] - self.film_region[0]
-        return slice(begin, begin + self.frame_region[2] - self.frame_region[0])

@@ -2,21 +2,13 @@
 // The picture of the sums of passes: film/picture.py on the device.
 #include "lib/uncovered.glsl"
 
-// Of a sum of indirect light, whose alpha is the coverage.
-vec3 whole(vec4 own, float weight, sampler2D indirect, sampler2D weights) {
-    vec3 row = row_sum_of_light(indirect);
-    Uncovering by = uncovering_of(own, weight, row, row_sum(indirect).a, row_sum(weights).a);
-    return uncovered(by, max(own.rgb, 0.0), row);
-}
-
 void kernel() {
-    vec4 direct = load_direct().value, background = load_background().value / passes;
-    vec3 indirect = whole(load_indirect().value, direct.a, input_indirect, input_direct) / passes;
-    vec3 sum = direct.rgb / passes + background.rgb, mirrored = vec3(0.0);
+    vec4 direct = load_direct().value / passes, background = load_background().value / passes;
+    vec3 indirect = uncovered(load_indirect().value / passes, direct.a), mirrored = vec3(0.0);
+    vec3 sum = direct.rgb + background.rgb;
 #ifdef MIRRORED
-    vec4 mirror = load_mirror().value;
-    mirrored = mirror.rgb + whole(load_mirror_indirect().value, mirror.a, input_mirror_indirect, input_mirror);
-    mirrored /= passes;
+    vec4 mirror = load_mirror().value / passes;
+    mirrored = mirror.rgb + uncovered(load_mirror_indirect().value / passes, mirror.a);
 #endif
 #ifdef EMITTERS
     sum += of_emission * load_emission().value.rgb / passes;

@@ -22,6 +22,8 @@ const float LEAST_INCIDENT = 0.05;
 // both sides, are far off for its size, and face about the same way: each then brings about as much of its flux.
 struct Arrival { float importance; bool is_even; };
 
+// With these a pass has 2 % more noise by a ball of 12288 triangles. Lanes of one go on until all are done, so what grazes is
+// not left out: with it there would be nothing to gain.
 const float FAR_OFF2 = 36.0;  // distance^2 over half the node's size^2
 const float ALIKE = 0.85;     // a spread
 

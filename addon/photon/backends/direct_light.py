@@ -107,7 +107,8 @@ class _Rays:
 
 class TracedDirectLight:
     """By rays that the host traces, one of each point after the other. A program aims those that go
-    to lights of one kind, and knows no other: software OpenGL runs through all that it knows."""
+    to lights of one kind, or of all kinds that are drawn, and knows no other: software OpenGL runs
+    through all that it knows."""
 
     def __init__(
         self, device: Device, layer: Layer, needs: SceneNeeds, tracer: NativeTracer, size: Size
@@ -118,7 +119,7 @@ class TracedDirectLight:
         self._transparent_depth = needs.transparent_depth
         self._most_met = needs.transparent_depth + MOST_FACES * needs.panes
         self._layer, self._needs = layer, needs
-        self._aims: dict[int, ShadowRays] = {}  # by kind
+        self._aims: dict[int, ShadowRays] = {}  # by kind, or _DRAWN
         self._worlds = {kind.number for kind in light_kinds().values() if kind.is_world}
         self._tracer = tracer
         self._through: ShadowThrough | None = None
@@ -170,12 +171,13 @@ class TracedDirectLight:
         return [*rays, *((_DRAWN, first + i, 0) for i in range(self._needs.drawn_rays))]
 
     def _aim(self, kind: int, tables: Tables) -> ShadowRays:
-        """The program that aims rays to lights of a kind."""
+        """The program that aims rays to lights of a kind, or to those that are drawn: of these the
+        kinds stay what they are when it is first asked for."""
         if kind not in self._aims:
-            asked = {kind}
+            kinds = {kind}
             if kind == _DRAWN:
-                asked = set(np.delete(tables.lights["kind"], tables.asked.lights).astype(int))
-            names = [name for name, of in light_kinds().items() if of.number in asked]
+                kinds = set(np.delete(tables.lights["kind"], tables.asked.lights).astype(int))
+            names = [name for name, of in light_kinds().items() if of.number in kinds]
             needs = self._needs.asking(*names)
             if kind != _DRAWN:
                 needs = replace(needs, drawn_rays=0)

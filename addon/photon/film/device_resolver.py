@@ -26,7 +26,6 @@ from .error import (
 )
 from .film import FOUR, PAIR, Film, batches_that_tell
 from .picture import (
-    BRIGHTER,
     CAUSTIC_IMAGES,
     CHANNELS,
     LEAST_COVERAGE,
@@ -59,7 +58,6 @@ def resolver_defines(names: Collection[str]) -> Defines:
     there = {"mirror": "MIRRORED", "emission": "EMITTERS", "blur": "BLURRED"}
     return {
         "LEAST_COVERAGE": LEAST_COVERAGE,
-        "BRIGHTER": BRIGHTER,
         "LEAST_SQUARE": LEAST_SQUARE,
         "INNER_AREA": INNER_AREA,
         "EVEN": EVEN,

@@ -35,9 +35,6 @@ CHANNELS = {
 OF_ALL = ("direct", "indirect", "background", *MIRROR_IMAGES, *EMISSION_IMAGES, "combined", "blur")
 MADE_OF = {"Normal": "normal", "Illuminance": "illuminance", **FEATURES}
 LEAST_COVERAGE = 0.1  # a mean below it is mostly noise: dividing by it would make fireflies
-BRIGHTER = 1.25  # than its row a pixel may be of which little is covered
-
-Floats = NDArray[Any]
 
 
 def images_for(wanted: Collection[str]) -> frozenset[str]:
@@ -140,8 +137,10 @@ def first_half(statistics: Statistics) -> NDArray[np.float32]:
 
     def work(rows: slice) -> None:
         for name in halves.keys() & weights.keys():
-            half, weight = halves[name][rows, :, :3], weights[name][rows, :, -1:]
-            made[rows] += _uncovered(means[name][rows], weight, half) - half
+            weight = weights[name][rows, :, -1:]
+            covered = np.maximum(means[name][rows, :, 3:], LEAST_COVERAGE * weight)
+            times = np.divide(weight, covered, where=covered > 0, out=np.ones_like(weight))
+            made[rows] += halves[name][rows, :, :3] * (times - 1.0)
 
     in_blocks(made.shape, work)
     return made
@@ -156,7 +155,8 @@ def caustics_of(means: Mapping[str, NDArray[Any]]) -> NDArray[Any]:
         CAUSTIC_IMAGES, (means["indirect"], mirror_indirect), covers, strict=True
     ):
         if name in means:
-            found += _uncovered(whole, weight, np.maximum(means[name][..., :3], 0.0))
+            part = np.concatenate([means[name][..., :3], whole[..., 3:]], axis=-1)
+            found += _uncovered(part, weight)
     return found
 
 
@@ -177,36 +177,13 @@ def mirror_images(means: Mapping[str, NDArray[Any]]) -> tuple[NDArray[Any], NDAr
     return means.get("mirror", none), means.get("mirror_indirect", none)
 
 
-def _uncovered(indirect: Floats, weight: Floats, part: Floats | None = None) -> Floats:
-    """Mean indirect light (h, w, 3) of a whole coverage, without boundary bias; of its own one, its
-    alpha, and what that is of, its weight. Or a part (h, w, 3) of it, as much of each.
-
-    A pixel's light over its coverage; but at most BRIGHTER times its light and, for what the
-    coverage lacks, as much as the pixel and both beside it in its row have together. For where
-    little is covered, as of leaves that are smaller than a disc, the quotient is of few photons and
-    few probes: specks. A tilted filter counts photons far off as less than nothing: what they leave
-    of none is none.
-    """
-    light, covered = np.maximum(indirect[..., :3], 0.0), indirect[..., 3:]
-    coverage = np.maximum(covered, LEAST_COVERAGE * weight)
-    times = np.divide(weight, coverage, where=coverage > 0, out=np.zeros_like(weight))
-    own = light if part is None else part
-    found: Floats = own * times
-    missing = weight - np.clip(covered, 0.0, weight)
-    if missing.any():
-        together = np.maximum(_in_row(covered), LEAST_COVERAGE * _in_row(weight))
-        share = np.divide(missing, together, where=together > 0, out=np.zeros_like(missing))
-        is_speck = times * light > BRIGHTER * (light + share * _in_row(light))
-        found = np.where(is_speck, BRIGHTER * (own + share * _in_row(own)), found)
-    return found
-
-
-def _in_row(image: Floats) -> Floats:
-    """Sums over each pixel and both beside it in its row; at the row's ends the last one counts
-    twice."""
-    beside: Floats = image.copy()
-    beside[:, 1:] += image[:, :-1]
-    beside[:, :-1] += image[:, 1:]
-    beside[:, :1] += image[:, :1]
-    beside[:, -1:] += image[:, -1:]
-    return beside
+def _uncovered(indirect: NDArray[np.float64], weight: Any) -> NDArray[np.float64]:
+    """Mean indirect light over mean coverage (its alpha, of `weight`): without boundary bias. A
+    tilted filter counts photons far off as less than nothing: what they leave of none is none."""
+    coverage = np.maximum(indirect[..., 3:], LEAST_COVERAGE * weight)
+    return np.divide(
+        np.maximum(indirect[..., :3], 0.0) * weight,
+        coverage,
+        where=coverage > 0,
+        out=np.zeros_like(indirect[..., :3]),
+    )

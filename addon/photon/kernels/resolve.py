@@ -15,7 +15,7 @@ class Resolve(Kernel):
     of the sums of passes."""
 
     stem = "resolve"
-    structure = ("MIRRORED", "EMITTERS", "LEAST_COVERAGE", "BRIGHTER")
+    structure = ("MIRRORED", "EMITTERS", "LEAST_COVERAGE")
     inputs = {**_SUMS, "background": SUM, "emission": When("EMITTERS", SUM)}
     outputs = {"picture": SUM, "indirect_part": SUM, "mirror_part": SUM}
     uniforms = {"passes": Uniform("float"), "of_emission": When("EMITTERS", Uniform("float"))}
@@ -25,7 +25,7 @@ class FirstHalf(Kernel):
     """Make the picture of half of the passes, of their sums and those of all."""
 
     stem = "first_half"
-    structure = ("MIRRORED", "EMISSION_APART", "LEAST_COVERAGE", "BRIGHTER")
+    structure = ("MIRRORED", "EMISSION_APART", "LEAST_COVERAGE")
     inputs = {
         **_SUMS,
         "half_combined": SUM,

@@ -23,8 +23,9 @@ MAX_CELLS = 1 << 22  # 16 MB of cell starts; a smaller radius then shares cells
 # looking into more cells then costs less than photons beyond the disc.
 PHOTONS_A_CELL, NARROWEST = 120.0, 0.35
 # Invocations of a GPU that share a visible point. Where neighbours see the same photons, one a
-# point reads least, but fills a large GPU only with a million of them, and after a bounce off a
-# glossy surface none is beside its like, and few may be where photons crowd.
+# point reads least, but fills a large GPU only with a million of them. After a bounce off a glossy
+# surface none is beside its like; and a kernel takes as long as its slowest point, of which more
+# share the photons where those crowd.
 LANES, LANES_OF_CHAINS = 8, 16
 POINTS_THAT_FILL = 1 << 20
 
