@@ -61,11 +61,17 @@ Sums sums_about(Place place, vec3 normal, float radius, Cuts cuts, Gatherer gath
             int row = (z * grid_cells.y + y) * grid_cells.x;
             if (low.x > high.x) continue;
             int end = min(int(cell_start(row + high.x + 1)), photon_range.y);
-            for (int i = max(int(cell_start(row + low.x)), photon_range.x) + lane(); i < end; i += LANES) {
-                vec4 photon = photon_place(i);
+            int i = max(int(cell_start(row + low.x)), photon_range.x) + lane();
+            // Each is read while the one before is looked at, and what it brings only where it may count: a GPU
+            // waits for what it reads.
+            vec4 next = i < end ? photon_place(i) : vec4(0.0);
+            for (; i < end; i += LANES) {
+                vec4 photon = next;
+                next = photon_place(min(i + LANES, end - 1));
                 vec3 offset = photon.xyz - place.position;
+                if (!is_about(photon, offset, place.surface, normal, inverse_r2)) continue;
+                if (dot(offset, first) > 1.0 || dot(offset, second) > 1.0) continue;
                 float d2 = dot(offset, offset);
-                if (d2 * inverse_r2 > 1.0 || dot(offset, first) > 1.0 || dot(offset, second) > 1.0) continue;
                 vec4 deposit = photon_deposit(i);
                 vec4 share = photon_share(photon, deposit, place.position, place.surface, normal, inverse_r2);
                 float inner_tilt = 1.0;
