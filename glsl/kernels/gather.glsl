@@ -71,9 +71,8 @@ Sums sums_about(Place place, vec3 normal, float radius, Cuts cuts, Gatherer gath
                 vec3 offset = photon.xyz - place.position;
                 if (!is_about(photon, offset, place.surface, normal, inverse_r2)) continue;
                 if (dot(offset, first) > 1.0 || dot(offset, second) > 1.0) continue;
-                float d2 = dot(offset, offset);
-                vec4 deposit = photon_deposit(i);
-                vec4 share = photon_share(photon, deposit, place.position, place.surface, normal, inverse_r2);
+                float x2 = dot(offset, offset) * inverse_r2;
+                vec4 deposit = photon_deposit(i), share = photon_share(deposit, x2, normal);
                 float inner_tilt = 1.0;
                 if (is_cut) {
                     inner_tilt += dot(offset, inner);
@@ -89,7 +88,7 @@ Sums sums_about(Place place, vec3 normal, float radius, Cuts cuts, Gatherer gath
 #ifdef GATHERED_LOBES
                 if (gatherer.albedo == 0.0 || share == vec4(0.0)) continue;
                 vec3 value = gathered_bsdf(gatherer, normal, direction_with_flux(deposit.rgb));
-                float inner_share = inner_filter_shape(d2 * inverse_r2) * inner_tilt;
+                float inner_share = inner_filter_shape(x2) * inner_tilt;
                 sums.gloss += vec4(value * share.rgb, mean(value * deposit.rgb) * inner_share);
 #endif
             }

@@ -46,8 +46,9 @@ void kernel() {
     Cuts cuts = load_cuts();
     bool is_cut = dot(offset, cut_in_space(cuts.first, normal)) > 1.0;
     if (is_cut || dot(offset, cut_in_space(cuts.second, normal)) > 1.0) skip();
-    float radius = load_gather_radius().radius, r2 = radius * radius;
-    vec4 share = photon_share(photon, flux, place.position, place.surface, normal, 1.0 / r2);
+    float radius = load_gather_radius().radius, r2 = radius * radius, inverse_r2 = 1.0 / r2;
+    if (!is_about(photon, offset, place.surface, normal, inverse_r2)) skip();
+    vec4 share = photon_share(flux, dot(offset, offset) * inverse_r2, normal);
     if (cuts.first != vec2(0.0)) {
         Tilt tilt = load_tilt();
         float outer = 1.0 + dot(offset, tilt_in_space(tilt.outer, normal));

@@ -105,18 +105,17 @@ bool same_orientation(float packed_normal, vec3 normal) {
     return cosine > 0.0 && cosine * cosine >= SAME_ORIENTATION * SAME_ORIENTATION * dot(n, n);
 }
 
-// Whether a photon, so far off, is within the radius, of the same surface, and neither above the point nor below it.
+// Whether a photon, so far off, is about a visible point: within the radius, of the same surface, and neither on a fold
+// above the point nor on one below.
 bool is_about(vec4 photon, vec3 offset, float surface, vec3 normal, float inverse_r2) {
     float d2 = dot(offset, offset), height = dot(offset, normal);
     return !(d2 * inverse_r2 > 1.0 || photon.w != surface || 2.0 * height * height > d2 + ROUNDED2);
 }
 
-// What a photon adds to the irradiance at a visible point, over the filter's peak: zero beyond the radius,
-// from another surface, from the other side of a thin wall, from round a corner, or from a fold above. In alpha the mean of
-// what its channels add within the inner radius. Nothing here divides: every pair pays for it.
-vec4 photon_share(vec4 photon, vec4 flux, vec3 position, float surface, vec3 normal, float inverse_r2) {
-    vec3 offset = photon.xyz - position;
-    if (!is_about(photon, offset, surface, normal, inverse_r2) || !same_orientation(flux.w, normal)) return vec4(0.0);
-    float x2 = dot(offset, offset) * inverse_r2;
+// What a photon that is about a visible point, at distance^2 / radius^2 = x2, adds to the irradiance there, over the
+// filter's peak: zero from the other side of a thin wall and from round a corner. In alpha the mean of what its channels
+// add within the inner radius. Nothing here divides: every pair pays for it.
+vec4 photon_share(vec4 flux, float x2, vec3 normal) {
+    if (!same_orientation(flux.w, normal)) return vec4(0.0);
     return vec4(flux.rgb * filter_shape(x2), dot(flux.rgb, vec3(1.0 / 3.0)) * inner_filter_shape(x2));
 }

@@ -174,13 +174,12 @@ class TracedDirectLight:
         """The program that aims rays to lights of a kind, or to those that are drawn: of these the
         kinds stay what they are when it is first asked for."""
         if kind not in self._aims:
-            kinds = {kind}
+            kinds, drawn_rays = {kind}, 0
             if kind == _DRAWN:
                 kinds = set(np.delete(tables.lights["kind"], tables.asked.lights).astype(int))
-            names = [name for name, of in light_kinds().items() if of.number in kinds]
-            needs = self._needs.asking(*names)
-            if kind != _DRAWN:
-                needs = replace(needs, drawn_rays=0)
+                drawn_rays = self._needs.drawn_rays
+            names = (name for name, of in light_kinds().items() if of.number in kinds)
+            needs = self._needs.asking(names, drawn_rays)
             made = ShadowRays(self._device, self._layer, needs.direct_defines, made=needs.made)
             self._aims[kind] = made
         return self._aims[kind]

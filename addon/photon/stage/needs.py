@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -184,10 +185,11 @@ class SceneNeeds:
         """Whether shadow rays go to the world by lobes that gather photons, too."""
         return self.gathered_lobes and any(light_kinds()[x].is_world for x in self.light_kinds)
 
-    def asking(self, *kinds: str) -> SceneNeeds:
-        """What shadow rays need that go to lights of these kinds alone."""
-        portals = self.portals and any(light_kinds()[kind].is_world for kind in kinds)
-        return replace(self, light_kinds=frozenset(kinds), portals=portals)
+    def asking(self, kinds: Iterable[str], drawn_rays: int) -> SceneNeeds:
+        """What shadow rays need that go to lights of these kinds alone; so many are drawn."""
+        asked = frozenset(kinds)
+        portals = self.portals and any(light_kinds()[kind].is_world for kind in asked)
+        return replace(self, light_kinds=asked, portals=portals, drawn_rays=drawn_rays)
 
     @cached_property
     def light_defines(self) -> Defines:
