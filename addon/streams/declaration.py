@@ -15,8 +15,8 @@ from .source import StreamError
 # every GPU's warp or wave size; a group that is one warp ends when its own threads have.
 THREADS = 64
 GROUPS = {
-    THREADS: {1: (8, 8), 8: (4, 2), 16: (2, 2)},
-    32: {1: (4, 8), 8: (2, 2), 16: (2, 1)},
+    THREADS: {1: (8, 8), 4: (4, 4), 8: (4, 2), 16: (2, 2)},
+    32: {1: (4, 8), 4: (4, 2), 8: (2, 2), 16: (2, 1)},
 }
 TABLE_WIDTH = 4096  # texels, a power of two; glsl/lib/table.glsl
 FIRST_LIST = 1  # storage buffer binding; 0 counts who is alive
@@ -255,11 +255,13 @@ ivec2 own_element() {{
 ivec2 element() {{ return min(own_element(), stream_size - 1); }}"""
 
 
-_ONE_LANE = """int lane() { return 0; }
+_ONE_LANE = """const bool LANES_WAIT = false;
+int lane() { return 0; }
 vec4 sum_over_lanes(vec4 own) { return own; }"""
 
 # NVIDIA's warps are runs of invocations, and so hold all lanes of an element: these need not wait
-# at barriers, as they would twice a sum. Sums are the same. Old drivers know no subgroups.
+# at barriers, as they would twice a sum, and may end before others. Sums are the same. Old drivers
+# know no subgroups.
 _SHUFFLES = """#ifdef GL_NV_shader_thread_shuffle
 #extension GL_KHR_shader_subgroup_basic : enable
 #extension GL_KHR_shader_subgroup_shuffle : enable
@@ -267,6 +269,7 @@ _SHUFFLES = """#ifdef GL_NV_shader_thread_shuffle
 _LANES = """int lane() { return int(gl_LocalInvocationIndex) % LANES; }
 bool is_own() { return lane() == 0 && own_element() == element(); }  // to write
 #if defined(GL_NV_shader_thread_shuffle) && defined(GL_KHR_shader_subgroup_shuffle)
+const bool LANES_WAIT = false;
 vec4 sum_over_lanes(vec4 own) {
     vec4 sum = vec4(0.0);
     uint first = gl_SubgroupInvocationID / uint(LANES) * uint(LANES);
@@ -274,6 +277,7 @@ vec4 sum_over_lanes(vec4 own) {
     return sum;
 }
 #else
+const bool LANES_WAIT = true;
 shared vec4 lane_parts[gl_WorkGroupSize.x];
 vec4 sum_over_lanes(vec4 own) {
     lane_parts[gl_LocalInvocationIndex] = own;

@@ -54,7 +54,8 @@ class Kernel:
     that it includes are given as text.
 
     In compute programs several `lanes` may share each element: all run `kernel()`, which takes
-    every LANES-th step of its loop from `lane()`, and never skips before `sum_over_lanes(vec4)`.
+    every LANES-th step of its loop from `lane()`. Where LANES_WAIT for those of other elements, no
+    element skips before `sum_over_lanes(vec4)`; elsewhere all lanes of one may.
 
     Raises StreamError at construction if the declaration and the file don't match, and there or at
     the first launch if the driver refuses the program.

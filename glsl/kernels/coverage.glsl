@@ -157,6 +157,7 @@ float share_of(vec2 probed) { return probed.x > 0.0 ? min(probed.y / probed.x, 1
 void kernel() {
     Place place = load_place();
     bool is_gathering = is_place(place) && gathers(load_diffuse());
+    if (!LANES_WAIT && !is_gathering) skip();
     FilterTilt outer = no_tilt(), inner = no_tilt();
     Disc disc;
     Cuts cuts = Cuts(vec2(0.0), vec2(0.0));

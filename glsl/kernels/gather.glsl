@@ -101,6 +101,7 @@ Sums sums_about(Place place, vec3 normal, float radius, Cuts cuts, Gatherer gath
 
 void kernel() {
     Place place = load_place();
+    if (!LANES_WAIT && !is_place(place)) skip();
     vec3 normal = load_facing().normal;
     Cuts cuts = load_cuts();
     float radius = cut_radius(radius_at(place.position, normal), cuts.first);

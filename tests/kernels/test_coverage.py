@@ -277,10 +277,11 @@ def test_what_a_narrow_strip_is_divided_by(half: float, is_split: bool) -> None:
 def test_lanes_probe_the_same(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     """Several invocations a visible point, as where a GPU has many triangles: to rounding."""
     monkeypatch.setattr(device, "prefers_native", False)
-    pictures, triangles = [], len(cornell(True).triangles)
-    for least in (triangles + 1, triangles):
-        monkeypatch.setattr(backend, "TRIANGLES_FOR_LANES", least)
-        pictures.append(render(device, cornell(True), backend="compute", photons=5000))
-    one, several = (picture["Indirect"] for picture in pictures)
-    assert np.abs(one - several).max() <= 1e-5 * one.max()
-    assert (one != several).any()
+    assert {backend.lanes_of_probes(n, 1) for n in (1, 1 << 12, 1 << 16)} == {1, 4, 8}
+    pictures = []
+    for lanes in (1, 4, 8):
+        monkeypatch.setattr(backend, "lanes_of_probes", lambda triangles, pixels, n=lanes: n)
+        pictures.append(render(device, cornell(True), backend="compute", photons=5000)["Indirect"])
+    for several in pictures[1:]:
+        assert np.abs(pictures[0] - several).max() <= 1e-5 * pictures[0].max()
+        assert (pictures[0] != several).any()

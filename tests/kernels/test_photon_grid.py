@@ -150,6 +150,7 @@ def test_pictures_are_bit_equal(
     monkeypatch.setattr(bounces, "LANDED_ROWS", 32)
     one_lane = photon_grid.Lanes()  # lanes add up in another order
     monkeypatch.setattr(backends, "lanes_of_gpu", lambda pixels: one_lane)
+    monkeypatch.setattr(backends, "lanes_of_probes", lambda triangles, pixels: 1)
     # The device's rounds otherwise.
     monkeypatch.setattr(ResidentBackend, "resolver", Backend.resolver)
     by_host = count_host_sorts(monkeypatch, max_ranked)

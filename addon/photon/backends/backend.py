@@ -32,7 +32,15 @@ from ..photons.device_radii import Box, Grids, Limits, grids_on_device, radii_on
 from ..photons.grid_sort import DeviceSort, HostSort, Sort
 from ..photons.native_photon_mapper import NativePhotonMapper, knows, knows_lobes, leaves_lobes
 from ..photons.one_bounce import OneBounce
-from ..photons.photon_grid import LANES, Cells, Gathering, Lanes, PhotonGrid, lanes_of_gpu
+from ..photons.photon_grid import (
+    LANES,
+    POINTS_THAT_FILL,
+    Cells,
+    Gathering,
+    Lanes,
+    PhotonGrid,
+    lanes_of_gpu,
+)
 from ..photons.photon_mapper import PhotonMapper
 from ..photons.radius_field import SAMPLE, Found, grids_on_host, radii_on_host
 from ..scene import RAYS, Scene
@@ -60,9 +68,18 @@ from .sizes import NativeSizes, ResidentSizes, Sizes
 # frame of 1920x1080 takes.
 STRIP_PIXELS = 1 << 19
 GPU_STRIP_PIXELS = 1 << 21
-# From so many on a GPU's lanes share a point's coverage probes: those of few triangles end at once,
-# and what lanes do over again costs more.
-TRIANGLES_FOR_LANES = 1 << 16
+# From so many on a few of a GPU's lanes share a point's coverage probes, and from so many on more
+# do, if the frame's points don't fill it: those of few triangles end at once, and what lanes do
+# over again costs more.
+TRIANGLES_FOR_LANES, TRIANGLES_FOR_MORE, FEW_LANES = 1 << 12, 1 << 16, 4
+
+
+def lanes_of_probes(triangles: int, pixels: int) -> int:
+    """Invocations of a GPU that share a visible point's coverage probes; `pixels` of the frame."""
+    if triangles < TRIANGLES_FOR_LANES:
+        return 1
+    is_filled = pixels >= POINTS_THAT_FILL
+    return FEW_LANES if is_filled or triangles < TRIANGLES_FOR_MORE else LANES
 
 
 class PhotonSource(Protocol):
@@ -233,7 +250,7 @@ class ResidentBackend(Backend):
         return False
 
     def coverage(self, settings: Settings) -> Kernel:
-        lanes = LANES if self._triangles >= TRIANGLES_FOR_LANES else 1
+        lanes = lanes_of_probes(self._triangles, settings.width * settings.height)
         return Coverage(self.device, self.layer, filter_define(settings), lanes)
 
     def photon_mapper(
