@@ -39,7 +39,7 @@ struct Sums { vec4 irradiance; vec4 gloss; };
 struct Gatherer { float albedo; };
 #endif
 
-Sums sums_about(Place place, vec3 normal, float radius, Cuts cuts, Gatherer gatherer) {
+Sums sums_about(Place place, vec3 normal, float radius, Cuts cuts, Coverage coverage, Gatherer gatherer) {
     float inverse_r2 = 1.0 / (radius * radius);
     // The margin covers the rounding of photons to cells.
     vec3 reach = vec3(radius * 1.00001 + 1.0e-7);
@@ -94,14 +94,16 @@ Sums sums_about(Place place, vec3 normal, float radius, Cuts cuts, Gatherer gath
             }
         }
     }
-    Coverage coverage = load_coverage();
     vec4 scale = filter_peak(radius * radius) * vec4(vec3(coverage.scale), coverage.inner_scale);
     return Sums(sums.irradiance * scale, sums.gloss * scale);
 }
 
 void kernel() {
     Place place = load_place();
-    if (!LANES_WAIT && !is_place(place)) skip();
+    Coverage coverage = load_coverage();
+    // On glass, say, no photon lands, and those of what is behind it may be many.
+    bool is_gathering = is_place(place) && coverage.scale > 0.0;
+    if (!LANES_WAIT && !is_gathering) skip();
     vec3 normal = load_facing().normal;
     Cuts cuts = load_cuts();
     float radius = cut_radius(radius_at(place.position, normal), cuts.first);
@@ -114,7 +116,7 @@ void kernel() {
 #else
     Gatherer gatherer = Gatherer(0.0);
 #endif
-    if (is_place(place) && radius > 0.0) sums = sums_about(place, normal, radius, cuts, gatherer);
+    if (is_gathering && radius > 0.0) sums = sums_about(place, normal, radius, cuts, coverage, gatherer);
     vec4 irradiance = sum_over_lanes(sums.irradiance);
     Irradiance sum = load_sum();
     store_irradiance(Irradiance(sum.irradiance + irradiance.rgb, sum.inner + irradiance.a));

@@ -232,8 +232,9 @@ fn sums_about<L: Lanes>(
 fn point_at(map: &PhotonMap, points: &Points, discs: &Discs, at: usize) -> Option<Point> {
     let [x, y, z, surface] = points.places[at];
     let [nx, ny, nz, _] = points.facings[at];
-    if surface == 0.0 {
-        return None;
+    let [_, _, scale, inner_scale] = points.coverages[at];
+    if surface == 0.0 || scale == 0.0 {
+        return None; // no photon lands there, as on glass
     }
     let normal = [nx, ny, nz];
     let radius = discs.radii.at([x, y, z], normal) * discs.radius_scale;
@@ -243,7 +244,6 @@ fn point_at(map: &PhotonMap, points: &Points, discs: &Discs, at: usize) -> Optio
     let cuts = points.cuts[at];
     let radius = cut_radius(radius, discs.radius_scale, cuts);
     let cells = [map.reach(x, 0, radius)?, map.reach(y, 1, radius)?, map.reach(z, 2, radius)?];
-    let [_, _, scale, inner_scale] = points.coverages[at];
     Some(Point {
         position: [x, y, z],
         surface,
