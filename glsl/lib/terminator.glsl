@@ -11,11 +11,19 @@ float height_of_corner(vec3 corner, vec3 normal, vec3 one, vec3 other, vec3 plac
     return max(dot(corner - place, normal) + above, 0.0);
 }
 
+vec3 unit_or_none(vec3 normal) {
+    float l2 = dot(normal, normal);
+    return l2 > 0.0 ? normal * inversesqrt(l2) : normal;
+}
+
 // The height of the quadratic surface through the corners that bends with their normals, and at least of the lowest of
 // the corners' planes, which is above the triangle where that surface is below it; as in Cycles.
 float height_to_smooth(int triangle, vec3 position, vec3 shading) {
     Triangle t = triangle_at(triangle);
     CornerNormals n = corner_normals_at(triangle);
+    n.a = unit_or_none(n.a);
+    n.b = unit_or_none(n.b);
+    n.c = unit_or_none(n.c);
     vec3 share = corner_shares(t, position), mean = share.x * n.a + share.y * n.b + share.z * n.c;
     float side = dot(mean, shading) < 0.0 ? -1.0 : 1.0;
     float bent = dot(n.b - n.a, t.b - t.a) * share.x * share.y + dot(n.c - n.a, t.c - t.a) * share.x * share.z;

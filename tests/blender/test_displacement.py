@@ -40,6 +40,22 @@ def ball(smooth: bool = True) -> None:
     (bpy.ops.object.shade_smooth if smooth else bpy.ops.object.shade_flat)()
 
 
+def coarse(smooth: bool = True) -> None:
+    bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=2, radius=1.0)
+    (bpy.ops.object.shade_smooth if smooth else bpy.ops.object.shade_flat)()
+
+
+def patched(smooth: bool) -> None:
+    """Of its faces every other one stays where it is, but for the corners of others."""
+    coarse(smooth)
+    mesh = bpy.context.object.data
+    material, tree = new_material()
+    finish(tree, add_node(tree, DIFFUSE, Color=COLOUR))
+    mesh.materials.append(material)
+    for polygon in mesh.polygons:
+        polygon.material_index = polygon.index % 2
+
+
 def sheet() -> None:
     bpy.ops.mesh.primitive_grid_add(x_subdivisions=60, y_subdivisions=60, size=2.0)
     bpy.ops.object.shade_smooth()
@@ -86,6 +102,9 @@ CASES: Mapping[str, tuple[Callable[[], None], Build]] = {
     "ball, Generated": (ball, by_noise("Generated")),
     "ball, UV": (ball, by_noise("UV")),
     "flat ball": (lambda: ball(False), by_noise("Object")),
+    "coarse ball": (coarse, by_noise("Object")),
+    "patched": (lambda: patched(False), by_noise("Object")),
+    "patched, smooth": (lambda: patched(True), by_noise("Object")),
     "sheet": (sheet, by_noise("UV")),
     "sheet by Normal": (sheet, by_noise("Normal")),
     "cube": (cube, by_noise("Generated", 0.2)),

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ...photon.errors import SceneError
 from ...photon.scene import ALL_RAYS, MOST_TRIANGLES, TERMINATOR, Material, Moving
+from ...photon.stage.normals import unit
 from . import unsupported
 from .attributes import OF_INSTANCES, corner_attribute, instance_attribute, object_record
 from .hair import hair_of, has_hair
@@ -72,6 +73,8 @@ class Geometry:
     objects: list[NDArray[np.float64]] = field(default_factory=list)
     attributes: list[dict[int, NDArray[np.float32]]] = field(default_factory=list)
     moving: list[Moving] = field(default_factory=list)
+    # Of each the mesh, and whether its normals are interpolated in the object's space anyway.
+    _meshes: list[tuple[Key, bool]] = field(default_factory=list)
     vertex_count: int = 0
     counts: Counter[str] = field(default_factory=Counter)  # of triangles, by objects' names
     _local: dict[Key, LocalMesh] = field(default_factory=dict)
@@ -164,11 +167,14 @@ class Geometry:
         self.groups.append(rays.group)
         self.objects.append(object_record(instance, matrix))
         self.attributes.append(attributes)
+        is_local = any(rays.dicing) or any(materials.is_local(number) for number in slots)
         if follow:
             run = self.vertex_count, self.vertex_count + len(vertices)
             corners = mesh.corners[:, ::-1] if mirrors else mesh.corners
             if moving := follow(mesh, run, np.ascontiguousarray(corners[there])):
                 self.moving.append(moving)
+                is_local = is_local or len(moving.matrices) > 0
+        self._meshes.append((key, is_local))
         self.vertex_count += len(vertices)
 
     def _count(self, name: str, more: int) -> None:
@@ -185,6 +191,11 @@ class Geometry:
     def arrays(self, materials: Sequence[Material]) -> dict[str, Any]:
         """Return the fields of Scene that hold geometry; of objects what programs read, and which
         triangles are flat if some may move."""
+        users = Counter(key for key, _ in self._meshes)
+        for number, (key, is_local) in enumerate(self._meshes):
+            # As Cycles, which moves to the world what it can (apply_static_transforms).
+            if users[key] == 1 and not is_local:
+                self.corner_normals[number] = unit(self.corner_normals[number])
         has_programs = any(any(material.programs) for material in materials)
         moves = any(material.displacement for material in materials)
         terminators = np.array(self.terminators, np.float32)

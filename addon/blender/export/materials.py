@@ -132,6 +132,13 @@ class MaterialTable:
             self.tangents.append(self.tangents[number])
         return self._still[number]
 
+    def is_local(self, number: int) -> bool:
+        """Whether Cycles keeps meshes that wear it in the spaces of their objects."""
+        if number == NO_SURFACE:
+            return False
+        material = self.materials[number]
+        return material.displacement is not None or material.scatters_below
+
     def black(self) -> int:
         """Return the number of a material that reflects nothing."""
         black = Material("", (0.0, 0.0, 0.0))

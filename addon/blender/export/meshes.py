@@ -11,6 +11,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ...photon.stage.normals import longest_one
 from .strands import Strands
 from .triangles import normals_of, positions_of, read, triangles_of
 
@@ -99,10 +100,12 @@ def shape_of(mesh: bpy.types.Mesh) -> Shape:
 def placed(
     mesh: LocalMesh, matrix: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.float32]]:
-    """Return vertices, triangles and unit corner normals in world space.
+    """Return vertices, triangles and corner normals in world space.
 
-    Normals go with the inverse transpose. A mirroring transform reverses the winding, so the
-    triangle's geometric normal stays on the side of its corner normals.
+    Normals go with the inverse transpose, and keep how long it makes them beside each other, so
+    that interpolated they are as in the object's space, as Cycles has it; a triangle's longest is
+    1. A mirroring transform reverses the winding, so the triangle's geometric normal stays on the
+    side of its corner normals.
     """
     triangles, corners = mesh.triangles, mesh.corners
     if is_mirroring(matrix):
@@ -110,7 +113,7 @@ def placed(
     return (
         placed_points(mesh.vertices, matrix),
         np.ascontiguousarray(triangles),
-        np.take(placed_normals(mesh.normals, matrix), corners, axis=0),
+        longest_one(np.take(placed_normals(mesh.normals, matrix), corners, axis=0)),
     )
 
 
@@ -123,13 +126,12 @@ def placed_points(points: NDArray[np.float32], matrix: NDArray[np.float64]) -> N
 def placed_normals(
     normals: NDArray[np.float32], matrix: NDArray[np.float64]
 ) -> NDArray[np.float32]:
-    """Return normals (N, 3) in world space, of unit length."""
+    """Return normals (N, 3) in world space, the longest of unit length."""
     cofactor = cofactor_of(matrix)
     # Objects of millimetres or kilometres would under- or overflow in float32 before normalising.
     turned = normals.astype(np.float64) @ (-cofactor if is_mirroring(matrix) else cofactor).T
-    lengths = np.sqrt(np.einsum("ij,ij->i", turned, turned))[:, None]
-    turned = np.divide(turned, lengths, out=np.zeros_like(turned), where=lengths > 0.0)
-    return turned.astype(np.float32)
+    longest = np.sqrt(np.einsum("ij,ij->i", turned, turned).max(initial=0.0))
+    return (turned / (longest or 1.0)).astype(np.float32)
 
 
 def placed_tangents(

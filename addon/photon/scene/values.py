@@ -48,7 +48,8 @@ class Scene:
     materials: tuple[Material, ...] = ()
     vertices: NDArray[np.float64] = _empty((0, 3), np.float64)  # (V, 3) [m]
     triangles: NDArray[np.int32] = _empty((0, 3), np.int32)  # (T, 3) indices into vertices
-    corner_normals: NDArray[np.float32] = _empty((0, 3, 3), np.float32)  # (T, 3, 3) unit
+    # (T, 3, 3), interpolated as they are; a triangle's longest is unit.
+    corner_normals: NDArray[np.float32] = _empty((0, 3, 3), np.float32)
     # (T, 3, 3) of any length and sign, interpolated as they are; zero: none is needed. Anisotropic
     # lobes turn with them. (0, 3, 3): nothing is anisotropic.
     corner_tangents: NDArray[np.float32] = _empty((0, 3, 3), np.float32)

@@ -89,7 +89,8 @@ def _quartered(scene: Scene, which: NDArray[np.bool_]) -> Scene:
     rise -= (way * of_first).sum(axis=1, keepdims=True) * of_first
     added = 0.5 * (first + last) + 0.125 * rise
     there = {"triangles": cut.reshape(-1, 3)}
-    there["corner_normals"] = unit(_cut(scene.corner_normals[which]))
+    lengths = np.linalg.norm(scene.corner_normals[which], axis=2, keepdims=True)
+    there["corner_normals"] = unit(_cut(scene.corner_normals[which])) * _cut(lengths)
     there |= {name: np.repeat(getattr(scene, name)[which], 4) for name in ("material", "surface")}
     if len(scene.flat):
         there["flat"] = np.repeat(scene.flat[which], 4)
@@ -119,7 +120,7 @@ def _cut(values: NDArray[np.float32]) -> NDArray[np.float32]:
 def _vertex_normals(scene: Scene, which: NDArray[np.bool_]) -> NDArray[np.float64]:
     """(V, 3) unit, of vertices of some triangles that have one normal; else 0: sides there are
     straight."""
-    corners = scene.triangles[which], scene.corner_normals[which]
+    corners = scene.triangles[which], unit(scene.corner_normals[which])
     mean = mean_about(*corners, len(scene.vertices))
     length = np.linalg.norm(mean, axis=1, keepdims=True)
     return np.where(length > 1.0 - SAME, mean / np.maximum(length, SAME), 0.0)

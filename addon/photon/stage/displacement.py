@@ -18,7 +18,7 @@ from ..kernels.displacement import Displace
 from ..scene import NO_MEDIUM, Displacement, Material, Moving, Result, Scene
 from .device_scene import DeviceScene
 from .geometry import Frame, Mesh, frame_of
-from .normals import face_normals, mean_about, sums_about, unit
+from .normals import face_normals, longest_one, mean_about, sums_about, unit
 from .points import asked_at
 from .programs import ProgramNeeds
 from .textures import Texels
@@ -182,7 +182,7 @@ def _looked_at(
     behind."""
     faces = face_normals(mesh.corners[places, :, :3].astype(np.float64))
     of_corners = np.stack([mesh.normals[places][name] for name in "abc"], axis=1)
-    normals: NDArray[np.float64] = of_corners[np.arange(len(places)), corners].astype(np.float64)
+    normals = unit(of_corners[np.arange(len(places)), corners].astype(np.float64))
     is_before = (normals * faces).sum(axis=1, keepdims=True) > 1e-3
     return np.where(is_before, normals, faces)
 
@@ -190,11 +190,15 @@ def _looked_at(
 def _smoothed(
     scene: Scene, vertices: NDArray[np.float64], which: NDArray[np.bool_]
 ) -> NDArray[np.float32]:
-    """Corner normals (T, 3, 3), of some triangles their vertices'."""
+    """Corner normals (T, 3, 3), of some triangles their vertices', to which all triangles count."""
     normals = scene.corner_normals
     if which.any():
+        is_there = np.zeros(len(vertices), bool)
+        is_there[scene.triangles[which]] = True
+        about = is_there[scene.triangles].any(axis=1)
         normals = normals.copy()
-        normals[which] = _vertex_normals(scene, vertices, which, _angles)
+        found = _vertex_normals(scene, vertices, about, _angles)[scene.triangles[which]]
+        normals[which] = longest_one(found / _lengths_in_objects(scene, which, found))
     return normals
 
 
@@ -211,21 +215,40 @@ def _normals(
     As Cycles has it: of smooth ones those of their vertices, to which each triangle counts alike;
     where these have several, each by as much as that one changes.
     """
-    normals = _smoothed(scene, before, smooth)
-    if not turned.any():
+    normals = _smoothed(scene, before, smooth).copy()
+    has_moved = (before != after).any(axis=1)[scene.triangles].any(axis=1)
+    bent = scene.flat & has_moved & ~smooth  # also where others move their vertices
+    normals[bent] = face_normals(after[scene.triangles[bent]])[:, None]
+    is_about = np.zeros(len(after), bool)  # vertices whose normals change
+    is_about[scene.triangles[turned]] = True
+    some = ~scene.flat & is_about[scene.triangles].any(axis=1)
+    if not some.any():
         return normals
-    triangles, old = scene.triangles[turned], normals[turned].astype(np.float64)
-    found = _vertex_normals(scene, after, turned)
+    triangles, given = scene.triangles[some], normals[some].astype(np.float64)
+    old = unit(given)
+    of_vertices = _vertex_normals(scene, after, turned)
+    found = of_vertices[triangles]
     mean = mean_about(triangles, old, len(after))[triangles]
     has_one = mean_about(triangles, (old * mean).sum(axis=2, keepdims=True), len(after))
     several = has_one[triangles][..., 0] <= 1.0 - SAME
     if several.any():
-        change = found - _vertex_normals(scene, before, turned)
-        found[several] = unit(old + change)[several]
-    flat = scene.flat[turned][:, None, None]
-    made = normals.copy()
-    made[turned] = np.where(flat, face_normals(after[triangles])[:, None], found)
-    return made
+        change = of_vertices - _vertex_normals(scene, before, turned)
+        found[several] = unit(old + change[triangles])[several]
+    found = np.where(is_about[triangles][..., None], found, old)
+    lengths = np.linalg.norm(given, axis=2, keepdims=True)
+    lengths *= _lengths_in_objects(scene, some, old) / _lengths_in_objects(scene, some, found)
+    normals[some] = longest_one(found * lengths)
+    return normals
+
+
+def _lengths_in_objects(
+    scene: Scene, which: NDArray[np.bool_], normals: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(t, 3, 1) of unit normals (t, 3, 3) of some triangles in the spaces of their objects; > 0."""
+    to_world = np.linalg.inv(_spaces(scene))[scene.surface[which]]
+    there = np.einsum("tij,tki->tkj", to_world, normals)
+    found: NDArray[np.float64] = np.linalg.norm(there, axis=2, keepdims=True)
+    return np.maximum(found, FLATTENED)
 
 
 def _with_normals(
@@ -278,9 +301,8 @@ def _vertex_normals(
     which: NDArray[Any],
     weights: Callable[[NDArray[np.float64]], NDArray[np.float64]] | None = None,
 ) -> NDArray[np.float64]:
-    """(t, 3, 3) unit: at corners of some triangles those of vertices, to which triangles about them
-    count alike in the spaces of their objects, or by weights (t, 3) of their corners there
-    (t, 3, 3)."""
+    """(V, 3) unit: of vertices to which some triangles count, alike in the spaces of their objects,
+    or by weights (t, 3) of their corners there (t, 3, 3); 0 of others."""
     triangles, surface = scene.triangles[which], np.zeros(len(vertices), np.intp)
     surface[triangles] = scene.surface[which, None]
     spaces = _spaces(scene)
@@ -290,7 +312,7 @@ def _vertex_normals(
         weights(corners)[..., None] if weights else np.ones((3, 1))
     )
     sums = hands[surface, None] * sums_about(triangles, counted, len(vertices))
-    found: NDArray[np.float64] = unit(np.einsum("nij,ni->nj", spaces[surface], sums))[triangles]
+    found: NDArray[np.float64] = unit(np.einsum("nij,ni->nj", spaces[surface], sums))
     return found
 
 

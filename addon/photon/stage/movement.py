@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Moving, Scene
-from .normals import unit
+from .normals import longest_one
 
 Doubles = NDArray[np.float64]
 
@@ -106,7 +106,7 @@ class _Part:
         if len(self.moving.matrices):
             matrix = self.placing(time)
             shape = shape @ matrix[:3, :3].T + matrix[:3, 3]
-            turned = _unit(turned @ _cofactor(matrix).T)
+            turned = longest_one(turned @ _cofactor(matrix).T)
             if len(self.tangents):
                 tangents[self.rows] = _scaled(self.tangents @ _cofactor(matrix).T)
         first, last = self.moving.vertices
@@ -140,7 +140,7 @@ class _Part:
         """The normals (T, 3, 3) of the shape; zero where triangles are flat."""
         if not self.moving.normals.shape[1]:
             return np.zeros_like(self.normals)
-        return _unit(_at(self.moving.normals, time))[self.moving.corners]
+        return longest_one(_at(self.moving.normals, time)[self.moving.corners])
 
 
 def affine_between(matrices: Doubles, time: float) -> Doubles:
@@ -227,11 +227,6 @@ def _cofactor(matrix: Doubles) -> Doubles:
     mirrored."""
     x, y, z = matrix[:3, :3].T
     return np.column_stack((np.cross(y, z), np.cross(z, x), np.cross(x, y)))
-
-
-def _unit(vectors: Any) -> NDArray[np.float32]:
-    """(..., 3) of length 1, or 0."""
-    return np.asarray(unit(vectors), np.float32)
 
 
 def _scaled(vectors: Any) -> NDArray[np.float32]:

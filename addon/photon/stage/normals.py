@@ -16,6 +16,13 @@ def unit(vectors: Any) -> NDArray[Any]:
     return np.divide(vectors, lengths, out=found, where=lengths > 0.0)
 
 
+def longest_one(normals: NDArray[Any]) -> NDArray[np.float32]:
+    """Corner normals (T, 3, 3), of which a triangle's longest is made 1."""
+    longest = np.sqrt(np.einsum("tij,tij->ti", normals, normals).max(axis=1, initial=0.0))
+    longest[longest == 0.0] = 1.0
+    return np.asarray(normals / longest[:, None, None], np.float32)
+
+
 def face_normals(corners: NDArray[np.float64]) -> NDArray[np.float64]:
     """(T, 3) unit, or 0, of triangles (T, 3, 3)."""
     return unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..scene import MOST_BOUNCES, RAY_BITS, RGB, Light, Material, Scene, reflecting
 from .geometry import Mesh
 from .kinds import light_kinds
+from .normals import unit
 
 FLAT = 1.0 - 1e-6  # cosine between a flat face's normals: glsl/lib/pane.glsl
 OPPOSITE = -0.998  # cosine between rounded normals of faces back to back
@@ -53,7 +54,7 @@ def has_panes(scene: Scene, mesh: Mesh, lights: Collection[Light]) -> bool:
     corners, normals = mesh.triangles[which], mesh.normals[which]
     faces = np.cross(corners["b"] - corners["a"], corners["c"] - corners["a"]).astype(float)
     faces /= np.maximum(np.linalg.norm(faces, axis=1, keepdims=True), 1e-30)
-    flat = np.minimum.reduce([np.abs((normals[x] * faces).sum(axis=1)) for x in "abc"]) > FLAT
+    flat = np.minimum.reduce([np.abs((unit(normals[x]) * faces).sum(axis=1)) for x in "abc"]) > FLAT
     return any(_back_to_back(faces[flat & (worn[which] == x)]) for x in np.flatnonzero(ours))
 
 
