@@ -361,14 +361,15 @@ def test_what_places_do_not_know(convert, volume, feature) -> None:
     ("output", "is_there"), [("Generated", True), ("Object", True), ("UV", False)]
 )
 def test_what_places_know(convert, output, is_there) -> None:
-    """Of a mesh they know Generated coordinates by its texture space, and no UV map."""
+    """Of a mesh they know Generated coordinates by its texture space, and no UV map. That they are
+    asked on a grid is named."""
     material, tree = new_material()
     places = tree.nodes.new("ShaderNodeTexCoord")
     finish(tree, add_node(tree, SCATTERS, Color=places.outputs[output]), "Volume")
     finish(tree, add_node(tree, DIFFUSE))
     converted, report = convert(material)
     assert converted.medium.varies == converted.medium.is_there == is_there
-    assert not features(report, "approximated")
+    assert features(report, "approximated") == ["Volume"] * is_there
 
 
 def test_what_moves_is_named(scene, export) -> None:

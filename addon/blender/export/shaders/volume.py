@@ -81,6 +81,8 @@ def medium_of(graph: Graph, output: bpy.types.Node, where: str) -> Medium:
     if told is None:
         return NO_MEDIUM
     program, moved = told
+    if moved:
+        graph.notes.approximated(graph.owner, "Volume", "its nodes are asked at points of a grid")
     absorption, scattering, emission = (
         moved.get(name) or triple(_finite(value).colour) for name, value in values.items()
     )
