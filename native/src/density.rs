@@ -233,8 +233,9 @@ fn point_at(map: &PhotonMap, points: &Points, discs: &Discs, at: usize) -> Optio
     let [x, y, z, surface] = points.places[at];
     let [nx, ny, nz, _] = points.facings[at];
     let [_, _, scale, inner_scale] = points.coverages[at];
-    if surface == 0.0 || scale == 0.0 {
-        return None; // no photon lands there, as on glass
+    let photons_land = surface != 0.0 && scale > 0.0; // not on glass, say
+    if !photons_land {
+        return None;
     }
     let normal = [nx, ny, nz];
     let radius = discs.radii.at([x, y, z], normal) * discs.radius_scale;

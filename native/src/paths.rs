@@ -158,7 +158,7 @@ impl Surface {
         let geometric = geometric.map(|n| n * side);
         let shading = point_in(&scene.normals[position as usize], hit.u, hit.v);
         let length2 = dot(shading, shading);
-        let shading = if length2 > 1.0e-12 { shading.map(|n| n / length2.sqrt()) } else { geometric };
+        let shading = if length2 > 1.0e-30 { shading.map(|n| n / length2.sqrt()) } else { geometric };
         let shading = if dot(shading, geometric) < 0.0 { shading.map(|n| -n) } else { shading };
         Some(Surface {
             position: point_in(triangle, hit.u, hit.v),

@@ -295,33 +295,6 @@ def test_no_uv_map(export, cycles_mean, device) -> None:
     assert (difference(ours, cycles) < NEAR).mean() > 0.99
 
 
-@pytest.mark.parametrize("instances", [False, True])
-@pytest.mark.parametrize("shader", [DIFFUSE, PRINCIPLED])
-def test_stretched(export, cycles_mean, device, shader, instances: bool) -> None:
-    """Smooth normals of few faces are interpolated in the space of the object."""
-    bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=2, radius=1.0)
-    bpy.ops.object.shade_smooth()
-    obj = bpy.context.object
-    obj.data.materials.append(new_material()[0])
-    tree = obj.data.materials[0].node_tree
-    finish(tree, add_node(tree, shader))
-    obj.scale, obj.rotation_euler = (1.0, 0.4, 0.7), (0.5, 0.3, 0.9)
-    if instances:
-        other = bpy.data.objects.new("Other", obj.data)
-        bpy.context.scene.collection.objects.link(other)
-        other.scale, other.location.x = (0.3, -0.8, 1.0), 1.7
-    sun = add_light("Sun", "SUN", energy=3.0, angle=0.0)
-    sun.rotation_euler = 0.7, 0.4, 0.0
-    scene = bpy.context.scene
-    scene.camera.data.type, scene.camera.data.ortho_scale = "ORTHO", 4.0
-    scene.camera.location = 0.0, 0.0, 10.0
-    scene.render.resolution_x = scene.render.resolution_y = 96
-    ours, cycles = pictures(export, cycles_mean, device)
-    found = difference(ours, cycles)
-    assert len(found) > 400
-    assert (found < NEAR).mean() > 0.98
-
-
 def test_one_normal_a_material(convert) -> None:
     """Of shaders mixed, that of the one which reflects more; and it is said."""
     material, tree = new_material()

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from ...photon.errors import SceneError
 from ...photon.scene import ALL_RAYS, MOST_TRIANGLES, TERMINATOR, Material, Moving
-from ...photon.stage.normals import unit
 from . import unsupported
 from .attributes import OF_INSTANCES, corner_attribute, instance_attribute, object_record
 from .hair import hair_of, has_hair
@@ -29,10 +28,12 @@ from .meshes import (
     placed,
     placed_tangents,
     read_mesh,
+    stretches,
 )
 from .nodes.attributes import INSTANCER
 from .open_meshes import MOST_LEAN, is_open, lean_of
 from .report import Notes
+from .spaces import Space, make_unit, user_of
 from .strand_attributes import strand_attribute
 from .strands import STRANDS, Strands, strands_of
 from .tangents import Tangent, corner_tangents
@@ -73,8 +74,7 @@ class Geometry:
     objects: list[NDArray[np.float64]] = field(default_factory=list)
     attributes: list[dict[int, NDArray[np.float32]]] = field(default_factory=list)
     moving: list[Moving] = field(default_factory=list)
-    # Of each the mesh, and whether its normals are interpolated in the object's space anyway.
-    _meshes: list[tuple[Key, bool]] = field(default_factory=list)
+    _spaces: list[Space] = field(default_factory=list)
     vertex_count: int = 0
     counts: Counter[str] = field(default_factory=Counter)  # of triangles, by objects' names
     _local: dict[Key, LocalMesh] = field(default_factory=dict)
@@ -168,13 +168,21 @@ class Geometry:
         self.objects.append(object_record(instance, matrix))
         self.attributes.append(attributes)
         is_local = any(rays.dicing) or any(materials.is_local(number) for number in slots)
+        moving = None
         if follow:
             run = self.vertex_count, self.vertex_count + len(vertices)
             corners = mesh.corners[:, ::-1] if mirrors else mesh.corners
-            if moving := follow(mesh, run, np.ascontiguousarray(corners[there])):
-                self.moving.append(moving)
-                is_local = is_local or len(moving.matrices) > 0
-        self._meshes.append((key, is_local))
+            moving = follow(mesh, run, np.ascontiguousarray(corners[there]))
+        if moving:
+            self.moving.append(moving)
+            is_local = is_local or len(moving.matrices) > 0
+        self._spaces.append(
+            Space(
+                user_of(instance, key),
+                stretches(matrix) and not is_local,
+                len(self.moving) - 1 if moving else None,
+            )
+        )
         self.vertex_count += len(vertices)
 
     def _count(self, name: str, more: int) -> None:
@@ -191,16 +199,13 @@ class Geometry:
     def arrays(self, materials: Sequence[Material]) -> dict[str, Any]:
         """Return the fields of Scene that hold geometry; of objects what programs read, and which
         triangles are flat if some may move."""
-        users = Counter(key for key, _ in self._meshes)
-        for number, (key, is_local) in enumerate(self._meshes):
-            # As Cycles, which moves to the world what it can (apply_static_transforms).
-            if users[key] == 1 and not is_local:
-                self.corner_normals[number] = unit(self.corner_normals[number])
+        make_unit(self._spaces, self.corner_normals, self.moving)
         has_programs = any(any(material.programs) for material in materials)
         moves = any(material.displacement for material in materials)
         terminators = np.array(self.terminators, np.float32)
         own = terminators != np.float32(TERMINATOR)
-        objects = np.array(self.objects) if has_programs and self.objects else np.zeros((0, 6, 4))
+        asked = (has_programs or moves) and bool(self.objects)
+        objects = np.array(self.objects) if asked else np.zeros((0, 6, 4))
         return {
             "corner_attributes": self._joined_attributes(),
             "objects": objects,

@@ -16,6 +16,7 @@ from .strands import Strands
 from .triangles import normals_of, positions_of, read, triangles_of
 
 Read = TypeVar("Read")
+EVEN = 1e-6  # what rounds of the square of a transform that stretches nothing
 
 
 @dataclass(frozen=True)
@@ -110,10 +111,11 @@ def placed(
     triangles, corners = mesh.triangles, mesh.corners
     if is_mirroring(matrix):
         triangles, corners = triangles[:, ::-1], corners[:, ::-1]
+    normals = np.take(placed_normals(mesh.normals, matrix), corners, axis=0)
     return (
         placed_points(mesh.vertices, matrix),
         np.ascontiguousarray(triangles),
-        longest_one(np.take(placed_normals(mesh.normals, matrix), corners, axis=0)),
+        longest_one(normals) if stretches(matrix) else normals,
     )
 
 
@@ -126,12 +128,20 @@ def placed_points(points: NDArray[np.float32], matrix: NDArray[np.float64]) -> N
 def placed_normals(
     normals: NDArray[np.float32], matrix: NDArray[np.float64]
 ) -> NDArray[np.float32]:
-    """Return normals (N, 3) in world space, the longest of unit length."""
+    """Return unit normals (N, 3) in world space: unit where nothing is stretched, elsewhere as long
+    beside each other as the transform makes them, about 1 at most."""
     cofactor = cofactor_of(matrix)
-    # Objects of millimetres or kilometres would under- or overflow in float32 before normalising.
+    # Objects of millimetres or kilometres would under- or overflow in float32.
+    cofactor /= np.sqrt(np.square(cofactor).sum(axis=0).max()) or 1.0
     turned = normals.astype(np.float64) @ (-cofactor if is_mirroring(matrix) else cofactor).T
-    longest = np.sqrt(np.einsum("ij,ij->i", turned, turned).max(initial=0.0))
-    return (turned / (longest or 1.0)).astype(np.float32)
+    return turned.astype(np.float32)
+
+
+def stretches(matrix: NDArray[np.float64]) -> bool:
+    """Whether a transform changes how long things are beside each other."""
+    products = matrix[:3, :3].T @ matrix[:3, :3]
+    even = np.eye(3) * (np.trace(products) / 3.0)
+    return not bool(np.abs(products - even).max() <= EVEN * np.trace(products))
 
 
 def placed_tangents(

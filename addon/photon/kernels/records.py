@@ -99,8 +99,8 @@ TRIANGLE = Record(
         "number": "float",
     },
 )
-# Of its shading, unit; zero: the triangle's own. Scene.terminators of its surface. Flags of
-# its material: lib/triangle.glsl.
+# Of its shading, the longest unit; zero: the triangle's own. Scene.terminators of its surface.
+# Flags of its material: lib/triangle.glsl.
 CORNER_NORMALS = Record(
     "CornerNormals",
     {

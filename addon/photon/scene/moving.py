@@ -37,7 +37,7 @@ class Moving:
     placed: NDArray[np.float64] = field(default_factory=lambda: np.eye(4))  # the scene's vertices
     # (D, n, 3) [m] from the scene's vertices, where `placed` has them; (0, 0, 3): the shape stays
     offsets: NDArray[np.float32] = _none((0, 0, 3), np.float32)
-    # (D, N, 3) unit, there, too; (D, 0, 3): triangles are flat
+    # (D, N, 3) there, too, as long as Scene.corner_normals; (D, 0, 3): triangles are flat
     normals: NDArray[np.float32] = _none((0, 0, 3), np.float32)
     corners: NDArray[np.int32] = _none((0, 3), np.int32)  # of the triangles in order, into these
 

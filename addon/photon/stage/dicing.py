@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Camera, Scene
-from .normals import mean_about, unit
+from .normals import longest_one, mean_about, unit
 
 MOST_TRIANGLES = 1 << 20  # that all such surfaces have together
 MOST_LEVELS = 12
@@ -90,7 +90,8 @@ def _quartered(scene: Scene, which: NDArray[np.bool_]) -> Scene:
     added = 0.5 * (first + last) + 0.125 * rise
     there = {"triangles": cut.reshape(-1, 3)}
     lengths = np.linalg.norm(scene.corner_normals[which], axis=2, keepdims=True)
-    there["corner_normals"] = unit(_cut(scene.corner_normals[which])) * _cut(lengths)
+    cut = unit(_cut(scene.corner_normals[which])) * _cut(lengths)
+    there["corner_normals"] = longest_one(cut)
     there |= {name: np.repeat(getattr(scene, name)[which], 4) for name in ("material", "surface")}
     if len(scene.flat):
         there["flat"] = np.repeat(scene.flat[which], 4)

@@ -26,6 +26,7 @@ from .textures import Texels
 ASKED = "diffuse"  # what a material's program gives, by the kernel
 WEIGHTS = np.array(((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)))  # u and v of the corners of a triangle
 FLATTENED = 1e-12  # of its longest side cubed: what has less volume has no inverse
+SHORTEST = 1e-12  # that a unit normal becomes in the space of an object
 # Between normals of smooth corners about a vertex that has one alone: they are float32, turned.
 SAME = 1e-4
 
@@ -212,8 +213,8 @@ def _normals(
     """Corner normals (T, 3, 3) where vertices have moved, of triangles that are turned (T,), and of
     those that become smooth where they were (T,).
 
-    As Cycles has it: of smooth ones those of their vertices, to which each triangle counts alike;
-    where these have several, each by as much as that one changes.
+    As Cycles has it: of smooth ones those of their vertices, to which all that are turned count
+    alike; where these have several, each by as much as that one changes.
     """
     normals = _smoothed(scene, before, smooth).copy()
     has_moved = (before != after).any(axis=1)[scene.triangles].any(axis=1)
@@ -224,8 +225,7 @@ def _normals(
     some = ~scene.flat & is_about[scene.triangles].any(axis=1)
     if not some.any():
         return normals
-    triangles, given = scene.triangles[some], normals[some].astype(np.float64)
-    old = unit(given)
+    triangles, old = scene.triangles[some], unit(normals[some].astype(np.float64))
     of_vertices = _vertex_normals(scene, after, turned)
     found = of_vertices[triangles]
     mean = mean_about(triangles, old, len(after))[triangles]
@@ -235,9 +235,7 @@ def _normals(
         change = of_vertices - _vertex_normals(scene, before, turned)
         found[several] = unit(old + change[triangles])[several]
     found = np.where(is_about[triangles][..., None], found, old)
-    lengths = np.linalg.norm(given, axis=2, keepdims=True)
-    lengths *= _lengths_in_objects(scene, some, old) / _lengths_in_objects(scene, some, found)
-    normals[some] = longest_one(found * lengths)
+    normals[some] = longest_one(found / _lengths_in_objects(scene, some, found))
     return normals
 
 
@@ -248,7 +246,7 @@ def _lengths_in_objects(
     to_world = np.linalg.inv(_spaces(scene))[scene.surface[which]]
     there = np.einsum("tij,tki->tkj", to_world, normals)
     found: NDArray[np.float64] = np.linalg.norm(there, axis=2, keepdims=True)
-    return np.maximum(found, FLATTENED)
+    return np.maximum(found, SHORTEST)
 
 
 def _with_normals(

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Moving, Scene
-from .normals import longest_one
+from .normals import longest_one, unit
 
 Doubles = NDArray[np.float64]
 
@@ -140,7 +140,9 @@ class _Part:
         """The normals (T, 3, 3) of the shape; zero where triangles are flat."""
         if not self.moving.normals.shape[1]:
             return np.zeros_like(self.normals)
-        return longest_one(_at(self.moving.normals, time)[self.moving.corners])
+        normals = self.moving.normals
+        lengths = np.linalg.norm(normals, axis=2, keepdims=True)
+        return longest_one((unit(_at(normals, time)) * _at(lengths, time))[self.moving.corners])
 
 
 def affine_between(matrices: Doubles, time: float) -> Doubles:

@@ -18,7 +18,8 @@ def unit(vectors: Any) -> NDArray[Any]:
 
 def longest_one(normals: NDArray[Any]) -> NDArray[np.float32]:
     """Corner normals (T, 3, 3), of which a triangle's longest is made 1."""
-    longest = np.sqrt(np.einsum("tij,tij->ti", normals, normals).max(axis=1, initial=0.0))
+    squares = np.einsum("tij,tij->ti", normals, normals)
+    longest = np.sqrt(np.fmax.reduce(squares, axis=1))  # of those that are numbers
     longest[longest == 0.0] = 1.0
     return np.asarray(normals / longest[:, None, None], np.float32)
 
