@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,19 @@ SHORTEST = 1e-12  # that a unit normal becomes in the space of an object
 SAME = 1e-4
 
 
+class _Kinds(NamedTuple):
+    """(T,) of triangles: which are moved by what they wear, of these which normals turn with them,
+    and which flat ones become smooth where they were."""
+
+    moved: NDArray[np.bool_]
+    turned: NDArray[np.bool_]
+    smooth: NDArray[np.bool_]
+
+    def at(self, some: NDArray[np.bool_]) -> _Kinds:
+        """Of some triangles."""
+        return _Kinds(*(kind[some] for kind in self))
+
+
 def displaced(scene: Scene, backend: Backend, texels: Texels | None) -> Scene:
     """The scene where materials have moved its vertices, as Cycles does (mesh_displace.cpp): each
     by what the first triangle about it says, and smooth normals along with them.
@@ -49,10 +62,13 @@ def displaced(scene: Scene, backend: Backend, texels: Texels | None) -> Scene:
     except StreamError as error:
         backend.device.trim()
         raise DeviceError(str(error)) from error
-    turned = _wear(scene, [move is not None and move.turns_normals for move in moves])
-    smooth = _wear(scene, [move is not None and move.smooths for move in moves]) & whole.flat
-    normals = _normals(whole, scene.vertices, vertices, turned, smooth)
-    moving = tuple(_with_normals(one, whole, vertices, turned, smooth) for one in scene.moving)
+    kinds = _Kinds(
+        _wear(scene, [move is not None for move in moves]),
+        _wear(scene, [move is not None and move.turns_normals for move in moves]),
+        _wear(scene, [move is not None and move.smooths for move in moves]) & whole.flat,
+    )
+    normals = _normals(whole, scene.vertices, vertices, kinds)
+    moving = tuple(_with_normals(one, whole, vertices, kinds) for one in scene.moving)
     return replace(
         scene, materials=materials, vertices=vertices, corner_normals=normals, moving=moving
     )
@@ -207,18 +223,17 @@ def _normals(
     scene: Scene,
     before: NDArray[np.float64],
     after: NDArray[np.float64],
-    turned: NDArray[np.bool_],
-    smooth: NDArray[np.bool_],
+    kinds: _Kinds,
 ) -> NDArray[np.float32]:
-    """Corner normals (T, 3, 3) where vertices have moved, of triangles that are turned (T,), and of
-    those that become smooth where they were (T,).
+    """Corner normals (T, 3, 3) where vertices have moved.
 
     As Cycles has it: of smooth ones those of their vertices, to which all that are turned count
     alike; where these have several, each by as much as that one changes.
     """
-    normals = _smoothed(scene, before, smooth).copy()
+    normals = _smoothed(scene, before, kinds.smooth).copy()
+    turned = kinds.turned
     has_moved = (before != after).any(axis=1)[scene.triangles].any(axis=1)
-    bent = scene.flat & has_moved & ~smooth  # also where others move their vertices
+    bent = scene.flat & has_moved & (turned | ~kinds.moved)  # also if others move their vertices
     normals[bent] = face_normals(after[scene.triangles[bent]])[:, None]
     is_about = np.zeros(len(after), bool)  # vertices whose normals change
     is_about[scene.triangles[turned]] = True
@@ -253,13 +268,15 @@ def _with_normals(
     moving: Moving,
     scene: Scene,
     vertices: NDArray[np.float64],
-    turned: NDArray[np.bool_],
-    smooth: NDArray[np.bool_],
+    kinds: _Kinds,
 ) -> Moving:
     """What bends, with the normals of the surface where it is at each step."""
     (first, last), own = moving.vertices, moving.owns(scene.triangles)
     is_flat = not moving.normals.shape[1]
-    if not moving.bends or not (own & (smooth if is_flat else turned | smooth)).any():
+    if (
+        not moving.bends
+        or not (own & (kinds.smooth if is_flat else kinds.turned | kinds.smooth)).any()
+    ):
         return moving
     part = replace(
         scene,
@@ -276,7 +293,7 @@ def _with_normals(
             else normals[moving.corners]
         )
         there = replace(part, corner_normals=corners.astype(np.float32))
-        found = _normals(there, before, after, turned[own], smooth[own])
+        found = _normals(there, before, after, kinds.at(own))
         steps.append(found.reshape(-1, 3))
     order = np.arange(3 * own.sum(), dtype=np.int32).reshape(-1, 3)
     return replace(moving, normals=np.array(steps, np.float32), corners=order)
