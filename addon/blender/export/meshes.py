@@ -128,7 +128,7 @@ def placed_points(points: NDArray[np.float32], matrix: NDArray[np.float64]) -> N
 def placed_normals(
     normals: NDArray[np.float32], matrix: NDArray[np.float64]
 ) -> NDArray[np.float32]:
-    """Return unit normals (N, 3) in world space: unit where nothing is stretched, elsewhere as long
+    """Return normals (N, 3) in world space: unit where nothing is stretched, elsewhere as long
     beside each other as the transform makes them, about 1 at most."""
     cofactor = cofactor_of(matrix)
     # Objects of millimetres or kilometres would under- or overflow in float32.
