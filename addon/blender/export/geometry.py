@@ -144,7 +144,8 @@ class Geometry:
         material = slots[np.clip(mesh.slot, 0, len(slots) - 1)]
         there = material >= 0  # a material without any surface, such as a volume's
         self._count(obj.name, int(there.sum()))
-        vertices, triangles, normals = placed(mesh, matrix)
+        stretched = stretches(matrix)
+        vertices, triangles, normals = placed(mesh, matrix, stretched)
         tangents = self._tangents_of(obj, matrix, material, materials, notes) if is_mesh else None
         mirrors, flat = is_mirroring(matrix), mesh.flat
         attributes = self._attributes_of(instance, key, mirrors, material, materials, notes)
@@ -167,7 +168,6 @@ class Geometry:
         self.groups.append(rays.group)
         self.objects.append(object_record(instance, matrix))
         self.attributes.append(attributes)
-        is_local = any(rays.dicing) or any(materials.is_local(number) for number in slots)
         moving = None
         if follow:
             run = self.vertex_count, self.vertex_count + len(vertices)
@@ -175,14 +175,13 @@ class Geometry:
             moving = follow(mesh, run, np.ascontiguousarray(corners[there]))
         if moving:
             self.moving.append(moving)
-            is_local = is_local or len(moving.matrices) > 0
-        self._spaces.append(
-            Space(
-                user_of(instance, key),
-                stretches(matrix) and not is_local,
-                len(self.moving) - 1 if moving else None,
-            )
+        is_turned = stretched and not (
+            any(rays.dicing)
+            or any(map(materials.is_local, slots))
+            or (moving and len(moving.matrices) > 0)
         )
+        number = len(self.moving) - 1 if moving else None
+        self._spaces.append(Space(user_of(instance, key), is_turned, number))
         self.vertex_count += len(vertices)
 
     def _count(self, name: str, more: int) -> None:

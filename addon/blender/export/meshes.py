@@ -16,6 +16,7 @@ from .strands import Strands
 from .triangles import normals_of, positions_of, read, triangles_of
 
 Read = TypeVar("Read")
+IDENTITY = np.eye(3)
 EVEN = 1e-6  # what rounds of the square of a transform that stretches nothing
 
 
@@ -99,9 +100,9 @@ def shape_of(mesh: bpy.types.Mesh) -> Shape:
 
 
 def placed(
-    mesh: LocalMesh, matrix: NDArray[np.float64]
+    mesh: LocalMesh, matrix: NDArray[np.float64], stretched: bool
 ) -> tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.float32]]:
-    """Return vertices, triangles and corner normals in world space.
+    """Return vertices, triangles and corner normals in world space; `stretched`: by the matrix.
 
     Normals go with the inverse transpose, and keep how long it makes them beside each other, so
     that interpolated they are as in the object's space, as Cycles has it; a triangle's longest is
@@ -115,7 +116,7 @@ def placed(
     return (
         placed_points(mesh.vertices, matrix),
         np.ascontiguousarray(triangles),
-        longest_one(normals) if stretches(matrix) else normals,
+        longest_one(normals) if stretched else normals,
     )
 
 
@@ -140,8 +141,8 @@ def placed_normals(
 def stretches(matrix: NDArray[np.float64]) -> bool:
     """Whether a transform changes how long things are beside each other."""
     products = matrix[:3, :3].T @ matrix[:3, :3]
-    even = np.eye(3) * (np.trace(products) / 3.0)
-    return not bool(np.abs(products - even).max() <= EVEN * np.trace(products))
+    whole = products.trace()
+    return not bool(np.abs(products - whole / 3.0 * IDENTITY).max() <= EVEN * whole)
 
 
 def placed_tangents(

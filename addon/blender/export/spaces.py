@@ -36,7 +36,8 @@ def user_of(instance: bpy.types.DepsgraphObjectInstance, key: tuple[int, bool]) 
 def make_unit(
     spaces: Sequence[Space], corner_normals: list[NDArray[Any]], moving: list[Moving]
 ) -> None:
-    """Normals of meshes, and of what moves, where Cycles interpolates them in the world."""
+    """Make normals unit, of meshes and of what moves, where Cycles interpolates them in the
+    world."""
     users = Counter(space.user for space in spaces)
     for number, space in enumerate(spaces):
         if not space.is_turned or users[space.user] > 1:

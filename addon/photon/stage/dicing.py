@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Camera, Scene
-from .normals import longest_one, mean_about, unit
+from .normals import longest_one, mean_about, mixed, unit
 
 MOST_TRIANGLES = 1 << 20  # that all such surfaces have together
 MOST_LEVELS = 12
@@ -89,9 +89,7 @@ def _quartered(scene: Scene, which: NDArray[np.bool_]) -> Scene:
     rise -= (way * of_first).sum(axis=1, keepdims=True) * of_first
     added = 0.5 * (first + last) + 0.125 * rise
     there = {"triangles": cut.reshape(-1, 3)}
-    lengths = np.linalg.norm(scene.corner_normals[which], axis=2, keepdims=True)
-    cut = unit(_cut(scene.corner_normals[which])) * _cut(lengths)
-    there["corner_normals"] = longest_one(cut)
+    there["corner_normals"] = longest_one(mixed(scene.corner_normals[which], _cut))
     there |= {name: np.repeat(getattr(scene, name)[which], 4) for name in ("material", "surface")}
     if len(scene.flat):
         there["flat"] = np.repeat(scene.flat[which], 4)

@@ -207,13 +207,12 @@ def _looked_at(
 def _smoothed(
     scene: Scene, vertices: NDArray[np.float64], which: NDArray[np.bool_]
 ) -> NDArray[np.float32]:
-    """Corner normals (T, 3, 3), of some triangles their vertices', to which all triangles count."""
-    normals = scene.corner_normals
+    """New corner normals (T, 3, 3), of some triangles their vertices', to which all count."""
+    normals = scene.corner_normals.copy()
     if which.any():
         is_there = np.zeros(len(vertices), bool)
         is_there[scene.triangles[which]] = True
         about = is_there[scene.triangles].any(axis=1)
-        normals = normals.copy()
         found = _vertex_normals(scene, vertices, about, _angles)[scene.triangles[which]]
         normals[which] = longest_one(found / _lengths_in_objects(scene, which, found))
     return normals
@@ -230,7 +229,7 @@ def _normals(
     As Cycles has it: of smooth ones those of their vertices, to which all that are turned count
     alike; where these have several, each by as much as that one changes.
     """
-    normals = _smoothed(scene, before, kinds.smooth).copy()
+    normals = _smoothed(scene, before, kinds.smooth)
     turned = kinds.turned
     has_moved = (before != after).any(axis=1)[scene.triangles].any(axis=1)
     bent = scene.flat & has_moved & (turned | ~kinds.moved)  # also if others move their vertices
@@ -273,10 +272,8 @@ def _with_normals(
     """What bends, with the normals of the surface where it is at each step."""
     (first, last), own = moving.vertices, moving.owns(scene.triangles)
     is_flat = not moving.normals.shape[1]
-    if (
-        not moving.bends
-        or not (own & (kinds.smooth if is_flat else kinds.turned | kinds.smooth)).any()
-    ):
+    changed = kinds.smooth if is_flat else kinds.turned | kinds.smooth
+    if not moving.bends or not changed[own].any():
         return moving
     part = replace(
         scene,

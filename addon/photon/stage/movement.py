@@ -4,14 +4,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..scene import Moving, Scene
-from .normals import longest_one, unit
+from .normals import longest_one, mixed
 
 Doubles = NDArray[np.float64]
 
@@ -140,9 +140,8 @@ class _Part:
         """The normals (T, 3, 3) of the shape; zero where triangles are flat."""
         if not self.moving.normals.shape[1]:
             return np.zeros_like(self.normals)
-        normals = self.moving.normals
-        lengths = np.linalg.norm(normals, axis=2, keepdims=True)
-        return longest_one((unit(_at(normals, time)) * _at(lengths, time))[self.moving.corners])
+        normals = mixed(self.moving.normals, partial(_at, time=time))
+        return longest_one(normals[self.moving.corners])
 
 
 def affine_between(matrices: Doubles, time: float) -> Doubles:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,13 @@ def longest_one(normals: NDArray[Any]) -> NDArray[np.float32]:
     longest = np.sqrt(np.fmax.reduce(squares, axis=1))  # of those that are numbers
     longest[longest == 0.0] = 1.0
     return np.asarray(normals / longest[:, None, None], np.float32)
+
+
+def mixed(normals: NDArray[Any], mix: Callable[[Any], NDArray[Any]]) -> NDArray[Any]:
+    """What lies between normals (..., 3), as long as what lies between their lengths."""
+    lengths = np.linalg.norm(normals, axis=-1, keepdims=True)
+    found: NDArray[Any] = unit(mix(normals)) * mix(lengths)
+    return found
 
 
 def face_normals(corners: NDArray[np.float64]) -> NDArray[np.float64]:
