@@ -18,6 +18,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.children import STOPS_WITHIN, child
 from tests.scenes import cornell
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -347,17 +348,17 @@ def test_interrupted_at_any_moment(
         file = tmp_path / "scene.npz"
         cornell().save(file)
     command = [sys.executable, ROOT / "build.py", "render", file, "-o", tmp_path / "out.png"]
-    with subprocess.Popen(
+    with child(
         [*command, "--passes", "1000000"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as build:
         children = Path(f"/proc/{build.pid}/task/{build.pid}/children")
-        deadline = time.monotonic() + 30
+        deadline = time.monotonic() + STOPS_WITHIN
         while not children.read_text():
             assert build.poll() is None and time.monotonic() < deadline
             time.sleep(0.005)
         time.sleep(moment)
         build.send_signal(number)
-        _, said = build.communicate(timeout=30)
+        _, said = build.communicate(timeout=STOPS_WITHIN)
     assert build.returncode == code
     assert said in ("", "Cancelled\n", "interrupted: no picture written\n")
     assert set(os.listdir(tmp_path)) <= {"scene.npz"}

@@ -14,7 +14,8 @@ from .environment import CARGO_TOML, PYTHON, ROOT, ensure, rust_env
 from .process import apt, first_line, run, say
 
 # Tests of several files run at once: most use one core, and what would take all is told to.
-AT_ONCE = ("--numprocesses=auto", "--maxprocesses=4", "--dist=loadfile")
+# One that crashes is not replaced: pytest-xdist 3.8 would wait for the new one for ever.
+AT_ONCE = ("--numprocesses=auto", "--maxprocesses=4", "--dist=loadfile", "--max-worker-restart=0")
 # Annotations are by numpy 1's, which bpy 5.0 has; numpy 2's tell shapes that change.
 UNTYPED = "" if sys.version_info < (3, 13) else "Python 3.11 checks them, whose numpy is 1.26"
 ONE_THREAD = {"LP_NUM_THREADS": "0", "OPENBLAS_NUM_THREADS": "1"}  # Mesa's llvmpipe, numpy

@@ -21,7 +21,10 @@ import OpenEXR
 import pytest
 
 from addon.photon.film.error import DARK, relative_squares
+from addon.photon.jobs.command import main
+from addon.photon.jobs.stops import Stops
 from addon.photon.scene import Scene
+from tests.children import STOPS_WITHIN, child
 from tests.scenes import Builder, cornell
 
 ROOT = Path(__file__).parents[2]
@@ -184,16 +187,16 @@ def test_interrupted(scene: Path, number: int, code: int, moment: float) -> None
     """By Ctrl-C, or by a terminal that is closed, of which shell and system both tell."""
     picture = scene.with_name("out.png")
     arguments = command(scene, "-o", picture, "--passes", 100000, "--photons", 30000)
-    with subprocess.Popen(arguments, cwd=ROOT, stderr=subprocess.PIPE, text=True) as child:
-        wait_for_opengl(child)
+    with child(arguments, cwd=ROOT, stderr=subprocess.PIPE, text=True) as render:
+        wait_for_opengl(render)
         time.sleep(moment)
-        child.send_signal(number)
+        render.send_signal(number)
         if number == signal.SIGHUP:
-            child.send_signal(number)
+            render.send_signal(number)
         begun = time.monotonic()
-        _, error = child.communicate(timeout=20)
+        _, error = render.communicate(timeout=STOPS_WITHIN)
         print(f"stopped in {time.monotonic() - begun:.2f} s")
-    assert child.returncode == code
+    assert render.returncode == code
     assert error == "interrupted: no picture written\n"
     assert files(scene.parent) == ["scene.npz"]
 
@@ -204,12 +207,12 @@ def test_closed_terminal(scene: Path, moment: float) -> None:
     """Nobody can be told, and that is no error."""
     terminal, end = pty.openpty()
     arguments = command(scene, "-o", scene.with_name("out.png"), "--passes", 100000)
-    with subprocess.Popen(arguments, cwd=ROOT, preexec_fn=partial(os.login_tty, end)) as child:
+    with child(arguments, cwd=ROOT, preexec_fn=partial(os.login_tty, end)) as render:
         os.close(end)
-        wait_for_opengl(child)
+        wait_for_opengl(render)
         time.sleep(moment)
         os.close(terminal)
-        assert child.wait(20) == 129
+        assert render.wait(STOPS_WITHIN) == 129
     assert files(scene.parent) == ["scene.npz"]
 
 
@@ -217,21 +220,46 @@ def test_closed_terminal(scene: Path, moment: float) -> None:
 def test_nohup_renders_on(scene: Path) -> None:
     picture = scene.with_name("out.png")
     arguments = ["nohup", *command(scene, "-o", picture, *QUICK, "--passes", 300)]
-    with subprocess.Popen(
+    with child(
         arguments, cwd=ROOT, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True
-    ) as child:
-        wait_for_opengl(child)
-        child.send_signal(signal.SIGHUP)
-        said, _ = child.communicate(timeout=60)
-    assert child.returncode == 0 and "300 passes" in said
+    ) as render:
+        wait_for_opengl(render)
+        render.send_signal(signal.SIGHUP)
+        said, _ = render.communicate(timeout=STOPS_WITHIN)
+    assert render.returncode == 0 and "300 passes" in said
     assert png_size(picture) == (16, 12)
 
 
-def wait_for_opengl(child: subprocess.Popen[Any]) -> None:
+def wait_for_opengl(render: subprocess.Popen[Any]) -> None:
     begun = time.monotonic()
-    while "EGL" not in Path(f"/proc/{child.pid}/maps").read_text():
-        assert child.poll() is None and time.monotonic() - begun < 20
+    while "EGL" not in Path(f"/proc/{render.pid}/maps").read_text():
+        assert render.poll() is None and time.monotonic() - begun < STOPS_WITHIN
         time.sleep(0.01)
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGHUP, 129)])
+def test_interrupted_where_python_drops_what_is_raised(
+    scene: Path, monkeypatch: pytest.MonkeyPatch, number: signal.Signals, code: int
+) -> None:
+    class Interrupting:
+        def __del__(self) -> None:
+            signal.raise_signal(number)
+
+    asked = 0
+
+    def reached(*_: Any) -> str:
+        nonlocal asked
+        asked += 1
+        assert asked < 10
+        if asked == 2:
+            Interrupting()
+        return ""
+
+    monkeypatch.setattr(Stops, "reached", reached)
+    output = scene.with_name("out.png")
+    assert main([str(scene), "-o", str(output), *QUICK]) == code
+    assert asked == 2 and not output.exists()
 
 
 def test_warnings(tmp_path: Path) -> None:

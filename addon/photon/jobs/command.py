@@ -7,6 +7,7 @@ import argparse
 import math
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, get_args
@@ -18,7 +19,7 @@ from ..prepare import prepare
 from ..scene import Scene
 from ..settings import BackendName, Estimator, Settings
 from .console import ProgressLine, error_text
-from .interrupts import HUNG_UP, INTERRUPTED, Hangup, let_in, on_hangup, raise_hangup, say_last
+from .interrupts import HUNG_UP, INTERRUPTED, Hangup, raising, say_last
 from .process import Progress, last_error
 from .stops import Stops
 
@@ -68,8 +69,8 @@ def main(argv: list[str] | None = None) -> int:
     arguments = parser.parse_args(argv)
     output = arguments.output or Path(arguments.scene.stem + ".png")
     try:
-        with on_hangup(raise_hangup), let_in():
-            said = _render(arguments.scene, output, given_settings(arguments))
+        with raising() as check:
+            said = _render(arguments.scene, output, given_settings(arguments), check)
     except PhotonStreamError as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
@@ -92,8 +93,8 @@ def _proportioned(scene: Scene, given: dict[str, Any]) -> dict[str, Any]:
     return size
 
 
-def _render(path: Path, output: Path, given: dict[str, Any]) -> str:
-    """What took how long, and how good the picture is."""
+def _render(path: Path, output: Path, given: dict[str, Any], check: Callable[[], None]) -> str:
+    """What took how long, and how good the picture is; `check` raises when it was interrupted."""
     check_writable(output)
     Settings(**given).check()
     start = time.perf_counter()
@@ -111,6 +112,7 @@ def _render(path: Path, output: Path, given: dict[str, Any]) -> str:
     try:
         stops, reached = Stops(settings), ""
         while not reached:
+            check()
             renderer.render_pass()
             done = renderer.film.passes
             elapsed = time.perf_counter() - start

@@ -64,9 +64,32 @@ def on_hangup(handler: Handler) -> Iterator[None]:
             signal.signal(HANGUP, signal.SIG_DFL if before is None else before)
 
 
-def raise_hangup(number: int, frame: FrameType | None) -> None:
-    """End like Ctrl-C does: a handler for `on_hangup`."""
-    raise Hangup
+@contextlib.contextmanager
+def raising() -> Iterator[Callable[[], None]]:
+    """Let both in and have Ctrl-C raise KeyboardInterrupt, a hang-up Hangup.
+
+    What is yielded raises it again, for loops that would go on: Python drops what is raised while
+    it clears up after an object or an import.
+    """
+    heard: type[KeyboardInterrupt] | None = None
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        nonlocal heard
+        heard = Hangup if number == HANGUP else KeyboardInterrupt
+        raise heard
+
+    def check() -> None:
+        if heard:
+            raise heard
+
+    before = signal.getsignal(signal.SIGINT)
+    if before != signal.SIG_IGN:
+        signal.signal(signal.SIGINT, interrupt)
+    try:
+        with on_hangup(interrupt), let_in():
+            yield check
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def say_last(text: str) -> None:
