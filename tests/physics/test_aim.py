@@ -332,7 +332,9 @@ def ball_on_a_plain(half: float) -> Scene:
 
 @pytest.mark.stability(60)
 def test_a_caustic_on_a_plain(device: Device, measured: Measured) -> None:
-    """Of a kilometre has at most twice the variance of one on ten metres."""
+    """Of a kilometre has at most twice the squared error of one on ten metres, in a picture of most
+    seeds. In some a single photon from far off brings as much as all others: their variance is
+    between a tenth and ten times, by the seeds."""
     settings = {"width": 16, "height": 16, "photons": 20000, "radius": 0.01, "passes": 2}
     near, far = (
         np.array(
@@ -343,12 +345,14 @@ def test_a_caustic_on_a_plain(device: Device, measured: Measured) -> None:
         )
         for half in (5.0, 500.0)
     )
-    # One photon of a seed may bring as much as all others.
     means = [np.median(images.mean(axis=(1, 2, 3))) for images in (near, far)]
     assert means[1] == pytest.approx(means[0], rel=0.15)
-    ratio = far.var(axis=0, ddof=1).mean() / near.var(axis=0, ddof=1).mean()
-    assert measured("variance of 1 km over 10 m", ratio) < 2.0
-    truth = near.mean(axis=0)
+    errors = [
+        np.median(((images - np.median(images, axis=0)) ** 2).mean(axis=(1, 2, 3)))
+        for images in (near, far)
+    ]
+    assert measured("squared error of 1 km over 10 m", errors[1] / errors[0]) < 2.0
+    truth = np.median(near, axis=0)
     assert truth.max() > 5.0 * np.median(truth)  # a caustic
 
 

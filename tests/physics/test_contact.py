@@ -14,9 +14,10 @@ from tests.measure import render_clean
 from tests.scenes import DIM, Builder, orthographic, plain_light
 
 LAMP = (0.8, 0.0, 0.3)
-RADIUS = 0.15
+RADIUS = 0.12
 SIDE = 0.5  # of what is seen of the floor, from the wall on
 PIXELS = 16
+PASSES = 16
 
 
 def expected() -> Any:
@@ -37,8 +38,9 @@ def test_light_that_falls_off_towards_a_wall(
     device: Device, backend: str, estimator: str, first_pass: int
 ) -> None:
     """The floor gains a half of its light within a radius from the wall: the mean over what is left
-    of a disc would be 15 % too bright there, the tilted filter is right to 3 %. After many passes
-    discs are smaller where they are cut."""
+    of a disc would be 12 % too bright there, the tilted filter is right to 2.5 %, of which 2 are
+    that light falls off in a curve, everywhere. After many passes discs are smaller where they are
+    cut."""
     built = Builder().quad((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0))
     built.quad((0, -1, -0.1), (0, 1, -0.1), (0, 1, 1), (0, -1, 1))
     power = (4 * np.pi,) * 3
@@ -51,13 +53,13 @@ def test_light_that_falls_off_towards_a_wall(
         estimator=estimator,
         direct_by_photons=True,
         photon_bounces=1,
-        radius=RADIUS / radius_scale(2 / 3, first_pass + 4),
+        radius=RADIUS / radius_scale(2 / 3, first_pass + PASSES // 2),
         radius_decay=2 / 3,
         first_pass=first_pass,
         photons=150000,
-        passes=8,
+        passes=PASSES,
         width=PIXELS,
         height=PIXELS,
     )["Indirect"][..., 0]
     ratio = image.mean(axis=0) / (DIM.diffuse[0] / np.pi * expected())
-    np.testing.assert_allclose(ratio, 1.0, atol=0.03)
+    np.testing.assert_allclose(ratio, 1.0, atol=0.025)

@@ -31,7 +31,7 @@ from .cycles import render_loaded
 pytestmark = pytest.mark.blender
 
 SIZE = 48  # [px]
-PASSES, PHOTONS = 48, 30000
+PASSES, PHOTONS = 144, 30000
 SAMPLES = 1024
 MEAN, HIGH = 0.01, 0.05  # relative; HIGH is the 95th percentile of blocks
 EYE, TARGET = Vector((2.2, -5.0, 0.8)), Vector((0.0, 0.2, 0.8))

@@ -32,7 +32,9 @@ def test_every_photon_escapes(device: Device, measured: Measured) -> None:
     scene = plate.scene(camera((0, -4, 1), (0, 0, 0)), [away], [GREY], background=(0.1, 0.2, 0.3))
     images = render_clean(device, scene, passes=2)
     assert not images["Direct"].any() and not images["Indirect"].any()
-    sky = images["Depth"][..., 0] > 1e9
+    sky = images["Depth"][..., 0] > 1e9  # in the first pass
+    for axis in (0, 1):  # those whose neighbours are, too, show it in all
+        sky &= np.roll(sky, 1, axis) & np.roll(sky, -1, axis)
     assert sky.any() and not sky.all()
     error = np.abs(images["Combined"][sky] / np.float32([0.1, 0.2, 0.3, 1.0]) - 1).max()
     assert measured("background off by", error) <= 1e-6

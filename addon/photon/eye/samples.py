@@ -11,16 +11,16 @@ import numpy as np
 from ..settings import PixelFilter, Settings
 
 _TABLE = 1 << 13
+_HIGHEST, _WORD = 1 << 31, (1 << 32) - 1
 
 
 def pixel_jitter(settings: Settings, index: int) -> tuple[float, float]:
     """Where each eye ray of a pass goes, seen from its pixel's corner [px].
 
-    The R2 sequence (Roberts 2018), shifted by the seed; filters other than the box draw from it
-    in proportion to themselves, so that every ray weighs the same.
+    Sobol's sequence in two dimensions, scrambled by the seed; filters other than the box draw from
+    it in proportion to themselves, so that every ray weighs the same.
     """
-    step = np.array([0.7548776662466927, 0.5698402909980532])
-    drawn = (_first(settings.seed)[:2] + index * step) % 1.0
+    drawn = np.array(_scrambled_sobol(settings.seed, index))
     if settings.pixel_filter != "box":
         mass, offsets = _inverse(settings.pixel_filter)
         drawn = 0.5 + settings.pixel_width * np.interp(drawn, mass, offsets)
@@ -30,7 +30,7 @@ def pixel_jitter(settings: Settings, index: int) -> tuple[float, float]:
 def instant(settings: Settings, index: int, shutter: tuple[float, ...]) -> float:
     """When a pass is, from the shutter's opening, 0, to its closing, 1; more often when it is more
     open. `shutter`: how open it is at even instants; (): all the time the same."""
-    # Of 1500 steps by chance one that, with those of jitter and lens, fills all dimensions evenly.
+    # Of 1500 steps by chance one that, with those of the lens, fills all dimensions evenly.
     drawn = float((_first(settings.seed)[2] + index * 0.5445742427218005) % 1.0)
     if len(shutter) < 2 or not any(shutter):
         return drawn
@@ -40,9 +40,42 @@ def instant(settings: Settings, index: int, shutter: tuple[float, ...]) -> float
     return float(np.interp(drawn, mass / mass[-1], open_at))
 
 
+def _scrambled_sobol(seed: int, index: int) -> tuple[float, float]:
+    """A point in [0, 1)^2: of each 2^k from a multiple on there is one in each of 2^k equal parts,
+    however halves cut these; else they are by chance (Burley 2020)."""
+    second, direction = 0, _HIGHEST
+    for bit in range(index.bit_length()):
+        second ^= direction * (index >> bit & 1)
+        direction ^= direction >> 1
+    one, other = _scrambles(seed)
+    # The first is the index itself, its bits reversed.
+    return _owen(index, one), _owen(_reversed(second), other)
+
+
+def _owen(bits: int, random: int) -> float:
+    """A number of 32 bits, the lowest first, as one in [0, 1): each bit is turned round as those
+    before it say (Laine & Karras 2011)."""
+    bits = bits ^ bits * 0x3D20ADEA & _WORD
+    bits = (bits + random) * (random >> 16 | 1) & _WORD
+    bits = bits ^ bits * 0x05526C56 & _WORD
+    bits = bits ^ bits * 0x53A22864 & _WORD
+    return _reversed(bits) / (1 << 32)
+
+
+def _reversed(bits: int) -> int:
+    return int(f"{bits:032b}"[::-1], 2)
+
+
+@lru_cache(maxsize=16)
+def _scrambles(seed: int) -> tuple[int, int]:
+    """Numbers of 32 bits of a seed."""
+    one, other = np.random.Generator(np.random.Philox(seed)).integers(1 << 32, size=2)
+    return int(one), int(other)
+
+
 @lru_cache(maxsize=16)
 def _first(seed: int) -> Any:
-    """Where the sequences of a seed begin."""
+    """Where the sequence of a seed begins, as the third."""
     return np.random.Generator(np.random.Philox(seed)).random(3)
 
 
