@@ -63,11 +63,12 @@ float fractal_noise(vec4 place, Fractal fractal, int dimensions) {
     float rest = fract(fractal.detail);
     int last = rest > 0.0 && fractal.kind != FRACTAL_RIDGED ? whole + 1 : whole;
     float frequency = 1.0;
-    for (int i = 0; i <= last; ++i) {
+    int i = 0;
+    do {
         float noise = signed_noise(place * frequency, dimensions);
         sum = with_octave(sum, fractal, noise, i <= whole ? 1.0 : rest, i == 0);
         // As Cycles rounds: of fBM alone the frequency is multiplied up, of others the place.
         if (fractal.kind == FRACTAL_FBM) frequency *= fractal.lacunarity; else place *= fractal.lacunarity;
-    }
+    } while (++i <= last);
     return fractal.kind == FRACTAL_FBM && fractal.normalized ? sum.normal : sum.value;
 }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Perlin 2002, "Improving Noise", of one to four dimensions, with the hashes, the gradients and the scales of Cycles'.
 // `dimensions` is a constant wherever it is called, so a program holds the dimensions that it asks for. Corners are a
-// loop: unrolled ones take software OpenGL long to compile.
+// loop: unrolled ones take software OpenGL long to compile. It ends where it asks, for one that asks first runs through
+// there once more for nothing.
 #include "lib/jenkins.glsl"
 
 float signed_by(float value, uint bit) { return bit == 0u ? value : -value; }
@@ -31,12 +32,13 @@ float perlin(vec4 place, int dimensions) {
     vec4 cell = floor(place), within = place - cell;
     vec4 ease = within * within * within * (within * (within * 6.0 - 15.0) + 10.0);
     float sum = 0.0;
-    for (int corner = 0; corner < (1 << dimensions); ++corner) {
+    int corner = 0;
+    do {
         ivec4 side = (ivec4(corner) >> ivec4(0, 1, 2, 3)) & 1;
         vec4 share = mix(1.0 - ease, ease, vec4(side));
         float there = along_gradient(uvec4(ivec4(cell) + side), within - vec4(side), dimensions);
         sum += share.x * share.y * share.z * share.w * there;
-    }
+    } while (++corner < (1 << dimensions));
     return sum;
 }
 
