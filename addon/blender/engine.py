@@ -25,7 +25,7 @@ from ..photon.settings import Region, Settings
 from .export import Report, SpecularModel, snapshot
 from .export.camera import frame_size
 from .session import SESSION
-from .settings import settings_from
+from .settings import mist_of, settings_from
 
 LOG = logging.getLogger("photon_stream")
 REPORT_VARIABLE = "PHOTON_STREAM_REPORT"
@@ -35,16 +35,30 @@ BACKGROUND_STATUS_INTERVAL = 1.0  # [s]
 
 @dataclass(frozen=True)
 class Pass:
-    """A render pass: its name in Blender and in the renderer's images."""
+    """A render pass."""
 
-    name: str
+    name: str  # in Blender
     channels: str  # as add_pass wants them
     kind: str  # as register_pass wants it
+    shows: str = ""  # of the renderer's images, if not the one of its name
+
+    @property
+    def image(self) -> str:
+        """The name of the renderer's image."""
+        return self.shows or self.name
 
 
 COMBINED = Pass("Combined", "RGBA", "COLOR")
-DEPTH = Pass("Depth", "Z", "VALUE")
-NORMAL = Pass("Normal", "XYZ", "VECTOR")
+MIST = Pass("Mist", "Z", "VALUE")
+# Blender's own, as Cycles names them: some otherwise from 5.0 on.
+IS_NEW = bpy.app.version >= (5, 0)
+OWN = {
+    "use_pass_z": Pass("Depth", "Z", "VALUE"),
+    "use_pass_mist": MIST,
+    "use_pass_normal": Pass("Normal", "XYZ", "VECTOR"),
+    "use_pass_emit": Pass("Emission" if IS_NEW else "Emit", "RGB", "COLOR", "Emission"),
+    "use_pass_environment": Pass("Environment" if IS_NEW else "Env", "RGB", "COLOR", "Background"),
+}
 ERROR = Pass("Error", "X", "VALUE")
 METADATA = (
     *("version", "device", "seed", "passes", "photons", "radius", "error", "noise", "bias"),
@@ -60,7 +74,7 @@ COMPONENTS = {
 CAUSTICS = {"use_pass_caustics": Pass("Caustics", "RGB", "COLOR")}  # a part of others
 LIGHTING = {
     "use_pass_illuminance": Pass("Illuminance", "X", "VALUE"),
-    "use_pass_illuminance_view": Pass("Illuminance View", "RGB", "COLOR"),
+    "use_pass_illuminance_view": Pass("Illuminance View", "RGB", "COLOR", "Illuminance"),
 }
 # As Cycles has them, in the space of the world.
 DENOISING = [Pass("Denoising Normal", "XYZ", "VECTOR"), Pass("Denoising Albedo", "RGB", "COLOR")]
@@ -68,17 +82,14 @@ DENOISING = [Pass("Denoising Normal", "XYZ", "VECTOR"), Pass("Denoising Albedo",
 
 def passes_of(view_layer: bpy.types.ViewLayer) -> list[Pass]:
     """Return the passes that a view layer asks for."""
-    passes = [COMBINED]
-    if view_layer.use_pass_z:
-        passes.append(DEPTH)
-    if view_layer.use_pass_normal:
-        passes.append(NORMAL)
+    passes = [COMBINED, *(entry for flag, entry in OWN.items() if getattr(view_layer, flag))]
     own = view_layer.photon_stream
     passes += [entry for flag, entry in COMPONENTS.items() if getattr(own, flag)]
     passes += [entry for flag, entry in (CAUSTICS | LIGHTING).items() if getattr(own, flag)]
     passes += DENOISING if own.denoising_store_passes else []
     passes += [Pass(group_name(x.name), "RGB", "COLOR") for x in view_layer.lightgroups]
-    return [*passes, ERROR] if own.use_pass_error else passes
+    passes += [ERROR] if own.use_pass_error else []
+    return [*{entry.name: entry for entry in passes}.values()]  # Emission may be there twice
 
 
 @dataclass
@@ -166,6 +177,7 @@ class PhotonStreamEngine(bpy.types.RenderEngine):
             caustics=any(entry in passes for entry in CAUSTICS.values()),
             illuminance=any(entry in passes for entry in LIGHTING.values()),
             denoising_data=DENOISING[0] in passes,
+            mist=mist_of(scene.world) if MIST in passes else None,
         )
         return Job(
             scene=exported,
@@ -326,17 +338,16 @@ def layers_of(scene: bpy.types.Scene) -> int:
 
 def images_of(passes: list[Pass]) -> list[str]:
     """The renderer's images that passes show."""
-    return [entry.name.removesuffix(" View") for entry in passes]
+    return [entry.image for entry in passes]
 
 
 def write_images(layer: bpy.types.RenderLayer, passes: list[Pass], images: Images) -> None:
     """Copy the renderer's images into the passes of a result's layer."""
     for entry in passes:
         target = layer.passes.find_by_name(entry.name, "")
+        image = images[entry.image]
         if entry.name == "Illuminance View":
-            image = scene_linear(false_colour(images["Illuminance"], legend_inside=True))
-        else:
-            image = images[entry.name]
+            image = scene_linear(false_colour(image, legend_inside=True))
         flat = np.ascontiguousarray(image, np.float32).reshape(-1)
         target.rect.foreach_set(flat)
 

@@ -10,7 +10,7 @@ import bpy
 
 from ..denoiser import ABSENT
 from ..photon.stage.kinds import camera_kinds
-from .engine import CAUSTICS, COMPONENTS, LIGHTING
+from .engine import CAUSTICS, COMPONENTS, LIGHTING, OWN
 from .export.camera import panorama_of
 from .export.materials import DISPERSION_OF_ABBE
 from .panel import ENGINE, EnginePanel
@@ -44,6 +44,7 @@ INCLUDED = {
     "EEVEE_MATERIAL_PT_displacement",
     "EEVEE_MATERIAL_PT_surface",
     "EEVEE_MATERIAL_PT_volume",
+    "EEVEE_WORLD_PT_mist",
     "EEVEE_WORLD_PT_surface",
     "VIEWLAYER_PT_override",
 }
@@ -233,12 +234,16 @@ class VIEWLAYER_PT_photon_stream_passes(EnginePanel, bpy.types.Panel):
         view_layer = context.view_layer
         col = layout.column(heading="Data", align=True)
         col.prop(view_layer, "use_pass_z", text="Depth")
+        col.prop(view_layer, "use_pass_mist")
         col.prop(view_layer, "use_pass_normal")
         col.prop(view_layer.photon_stream, "use_pass_error")
         col.prop(view_layer.photon_stream, "denoising_store_passes")
         col = layout.column(heading="Light", align=True)
         for flag in COMPONENTS | CAUSTICS:
             col.prop(view_layer.photon_stream, flag)
+        for flag, entry in OWN.items():  # parts of Combined by two names
+            if entry.shows not in ("", entry.name):
+                col.prop(view_layer, flag, text=f"{entry.image} as {entry.name}")
         col = layout.column(heading="Lighting", align=True)
         for flag in LIGHTING:
             col.prop(view_layer.photon_stream, flag)

@@ -7,7 +7,7 @@ from typing import Any
 
 import bpy
 
-from ..photon.settings import FEWEST_PASSES, PixelFilter, Region, Settings
+from ..photon.settings import FEWEST_PASSES, Mist, PixelFilter, Region, Settings
 
 # By Cycles' names.
 PIXEL_FILTERS: dict[str, PixelFilter] = {
@@ -15,6 +15,18 @@ PIXEL_FILTERS: dict[str, PixelFilter] = {
     "GAUSSIAN": "gauss",
     "BLACKMAN_HARRIS": "blackman_harris",
 }
+
+# How thick mist is by the distance within it: to which power.
+FALLOFFS = {"QUADRATIC": 2.0, "LINEAR": 1.0, "INVERSE_QUADRATIC": 0.5}
+
+
+def mist_of(world: bpy.types.World | None) -> Mist:
+    """That of a scene's world, as Cycles has it: whatever a view layer has instead; and where there
+    is none."""
+    if world is None:
+        return 0.0, 100.0, 1.0
+    own = world.mist_settings
+    return own.start, own.depth, FALLOFFS[own.falloff]
 
 
 def settings_from(

@@ -215,7 +215,7 @@ class Budget:
         images += 2 * self._has_features + settings.caustics * (1 + self._has_chains)
         halves = 2 + self._has_chains + self._has_emitters
         images += halves * settings.denoise
-        return 2 * (images + settings.illuminance) + 4
+        return 2 * (images + settings.illuminance + self._has_mist) + 4
 
     @cached_property
     def strip_textures(self) -> int:
@@ -223,10 +223,11 @@ class Budget:
         settings, sizes = self._settings, self._sizes
         count = 21 + 2 * self._lobes + sizes.film_spares + self._shadow_textures
         count += 3 * self._has_emitters + 3 * settings.illuminance + self._has_photons
-        count += 2 * self._has_features + 3 * self._has_media + self._scatters
+        count += 2 * self._has_features + 3 * self._has_media + self._scatters + self._has_mist
         count += sizes.denoising_textures * settings.denoise
         if self._has_chains:
-            count += 8 + 3 * self._has_photons + 6 * self._is_transparent
+            count += 8 + 3 * self._has_photons
+            count += (6 + 3 * self._has_mist) * self._is_transparent
             count += 6 * self._has_features + 2 * self._has_media
             count += any(material.scatters_below for material in self._materials)
         if self._has_photons:
@@ -284,6 +285,10 @@ class Budget:
     @property
     def _has_features(self) -> bool:
         return self._settings.denoise or self._settings.denoising_data
+
+    @property
+    def _has_mist(self) -> bool:
+        return self._settings.mist is not None
 
     @cached_property
     def _has_emitters(self) -> bool:

@@ -16,18 +16,10 @@ from ..streams import Device, StreamError
 from .backends.backend import Backend, backend_of
 from .errors import DeviceError, PhotonStreamError
 from .eye.eye import Eye
-from .eye.images import PassImages
+from .eye.images import PassImages, film_images
 from .eye.path import Path
 from .eye.samples import instant
-from .film.picture import (
-    CAUSTIC_IMAGES,
-    EMISSION_IMAGES,
-    FEATURE_IMAGES,
-    FILM_IMAGES,
-    ILLUMINANCE_IMAGES,
-    MIRROR_IMAGES,
-    halved_images,
-)
+from .film.picture import halved_images
 from .film.strips import StripFilm, strips_of
 from .memory import Budget
 from .phases import Phases
@@ -176,12 +168,7 @@ class _Preparation:
             tables.footprint = eye.footprint
             images = PassImages(backend, tables, settings, needs, eye)
             self._own.append(images.release)
-            names = [*FILM_IMAGES, *(MIRROR_IMAGES if needs.secondary_rays else ())]
-            names += EMISSION_IMAGES if needs.emitters_seen else ()
-            names += ILLUMINANCE_IMAGES if needs.illuminance else ()
-            names += CAUSTIC_IMAGES[: 1 + needs.secondary_rays] if needs.caustics else ()
-            names += FEATURE_IMAGES if needs.features else ()
-            names += ["blur"] * needs.photons
+            names = film_images(needs)
             halved = halved_images(names, needs.noisy_emission) if settings.denoise else []
             film = StripFilm(backend, strips, names, halved)
             self._own.append(film.release)

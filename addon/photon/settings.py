@@ -15,6 +15,7 @@ Filter = Literal["constant", "cone", "gaussian", "epanechnikov"]
 PixelFilter = Literal["box", "gauss", "blackman_harris"]
 SplatShape = Literal["triangle", "quad", "point"]
 Region = tuple[int, int, int, int]
+Mist = tuple[float, float, float]
 
 # That tell the error: after fewer it is often estimated much too large.
 FEWEST_PASSES = 8
@@ -59,6 +60,8 @@ class Settings:
     direct_by_photons: bool = False  # store first hits too and trace no shadow rays
     transparent: bool = False  # the world leaves alpha 0
     illuminance: bool = False  # an image of it, too
+    # The same of mist: how near it begins, over which distance it grows thick [m]; to which power.
+    mist: Mist | None = None
     denoise: bool = False  # what is noise in Combined, by OpenImageDenoise
     denoising_data: bool = False  # images of what denoisers go by, too
     caustics: bool = False  # an image of them, too
@@ -117,6 +120,12 @@ class Settings:
             if getattr(self, name) not in get_args(kind):
                 raise SettingsError(
                     f"{name} = {getattr(self, name)!r} is none of {', '.join(get_args(kind))}"
+                )
+        if self.mist is not None:
+            begin, depth, power = self.mist
+            if not (0.0 <= begin <= 1e18 and 0.0 <= depth <= 1e18 and 0.01 <= power <= 100.0):
+                raise SettingsError(
+                    f"mist = {self.mist} is outside [0, 1e18], its power [0.01, 100]"
                 )
         x0, y0, x1, y1 = self.frame_region
         if not (0 <= x0 < x1 <= self.width and 0 <= y0 < y1 <= self.height):

@@ -222,11 +222,10 @@ def _kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
         yield Coverage, {f"FILTER_{name.upper()}": 1}, {}
     lux: Defines = {"ILLUMINANCE": 1}
     mapped: Defines = {"PHOTON_MAP": 1}
+    misty: Defines = {"MIST": 1, "TRANSPARENT": 1, "VISIBILITY": 1}
     seen: tuple[Defines, ...] = ({}, {"EMITTERS": 1}, mapped, {"EMITTERS": 1, **mapped})
-    for kernel in (CombinePrimary, CombineMirror, CombineAll):
-        for asked in seen:
-            yield kernel, asked, {}
-            yield kernel, {**asked, "VISIBILITY": 1}, {}
+    for kernel, asked in product((CombinePrimary, CombineMirror, CombineAll), seen):
+        yield from ((kernel, {**asked, **more}, {}) for more in ({}, {"VISIBILITY": 1}, misty))
     walks: tuple[Defines, ...] = ({"WALKS": 1}, {"WALKS": 1, "TRANSPARENT": 1})
     clamped = product((CombinePrimary, CombineMirror), ({}, {"TRANSPARENT": 1}, *walks))
     yield from ((kernel, {"EMITTERS": 1, "CLAMPED": 1, **more}, {}) for kernel, more in clamped)
@@ -234,7 +233,7 @@ def _kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
     for asked in seen:
         yield CombinePrimary, {**asked, **lux}, {}
         yield CombinePrimary, {**asked, **around}, {}
-        yield CombinePrimary, {**asked, **lux, **around}, {}
+        yield CombinePrimary, {**asked, **lux, **around, "MIST": 1}, {}
     behind: Defines = {"TRANSPARENT": 1}
     told: Defines = {**mapped, "CAUSTICS": 1}
     added: tuple[Defines, ...] = (
@@ -246,8 +245,8 @@ def _kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
         {**told, **behind},
     )
     added += tuple({**first, "FEATURES": 1} for first in added)
-    for first in added:
-        yield AddChain, first, {}
+    added += tuple({**first, **misty} for first in added)
+    yield from ((AddChain, first, {}) for first in added)
     halves: tuple[Defines, ...] = ({}, {"EMISSION_APART": 1})
     yield from ((Mixture, apart, {}) for apart in halves)
     for count in range(4):
@@ -375,6 +374,7 @@ def _of_media(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
     kernel: type[Kernel]
     for kernel in (CombinePrimary, CombineMirror):
         yield kernel, scene.combine_defines, {}
+        yield kernel, {**scene.combine_defines, "MIST": 1, "TRANSPARENT": 1}, {}
 
 
 def compute_programs() -> Iterator[tuple[str, str, Made]]:

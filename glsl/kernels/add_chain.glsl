@@ -7,6 +7,9 @@ void kernel() {
 #endif
 #ifdef TRANSPARENT
     Radiance background = load_background_sum();
+#ifdef MIST
+    Radiance mist = load_mist_sum();
+#endif
 #endif
 #ifdef FEATURES
     Radiance albedo = load_albedo_sum(), normal = load_normal_sum();
@@ -27,6 +30,9 @@ void kernel() {
 #endif
 #ifdef TRANSPARENT
     background.alpha -= load_lost().share;
+#ifdef MIST
+    mist.alpha += load_mist_seen().alpha;
+#endif
 #endif
 #ifdef FEATURES
     if (normal.alpha == 0.0) {  // a mirror's so far
@@ -41,6 +47,9 @@ void kernel() {
 #endif
 #ifdef TRANSPARENT
     store_background_total(background);
+#ifdef MIST
+    store_mist_total(mist);
+#endif
 #endif
 #ifdef FEATURES
     store_albedo_total(albedo);

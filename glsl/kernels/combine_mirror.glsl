@@ -11,6 +11,9 @@
 #include "lib/blur.glsl"
 #endif
 #include "lib/clamped.glsl"
+#if defined(MIST) && defined(TRANSPARENT)
+#include "lib/mist.glsl"
+#endif
 #ifdef WALKS
 #include "lib/reach.glsl"
 #endif
@@ -31,6 +34,11 @@ int bounces() {
 
 void kernel() {
     vec3 throughput = load_throughput().throughput;
+#ifdef MEDIA
+    vec3 arriving = load_arriving().throughput;  // before its way, of which lights know
+#else
+    vec3 arriving = throughput;
+#endif
     vec3 seen = vec3(0.0), direct = vec3(0.0), indirect = vec3(0.0);
 #ifdef EMITTERS
     vec3 world = load_environment().radiance;
@@ -44,6 +52,13 @@ void kernel() {
     bool is_held_out = is_hit(load_hit()) && is_holdout(load_diffuse());
     if (is_held_out) seen = vec3(0.0);
     float lost = is_held_out ? 1.0 - let_through_by(load_diffuse()) : (is_hit(load_hit()) ? 0.0 : 1.0 - background_alpha);
+#ifdef MIST
+    // And as near, instead of where the ray begins, of which that was told.
+    bool tells = is_hit(load_hit()) && !is_scattered(load_hit()) && lost < 1.0;
+    float near = tells ? mean(throughput) * nearness_of(load_place().position) : 0.0;
+    near -= mean(arriving) * nearness_of(load_origin().position);
+    store_mist_seen(Radiance(vec3(0.0), load_chain().bounces == 0.0 ? near : 0.0));
+#endif
     store_lost(Lost(load_chain().bounces == 0.0 ? mean(throughput) * lost : 0.0));
 #endif
     float weight = 0.0, coverage = load_coverage().share;
@@ -58,11 +73,6 @@ void kernel() {
 #endif
     }
     // Lights that rays meet are direct light of where those were sent.
-#ifdef MEDIA
-    vec3 arriving = load_arriving().throughput;  // before its way, of which lights know
-#else
-    vec3 arriving = throughput;
-#endif
     vec3 met = limited(arriving * seen, bounces() < 2), found = limited(throughput * direct, bounces() < 1);
     store_seen(Radiance(met + found, weight));
     store_indirect_seen(Radiance(throughput * indirect, weight * coverage));

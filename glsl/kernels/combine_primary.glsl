@@ -8,6 +8,9 @@
 #include "lib/blur.glsl"
 #endif
 #include "lib/clamped.glsl"
+#ifdef MIST
+#include "lib/mist.glsl"
+#endif
 
 void kernel() {
     bool seen = is_hit(load_hit());
@@ -65,5 +68,12 @@ void kernel() {
     depth = distance(place, eye);
 #endif
     store_background_seen(Radiance(background, alpha));
+#ifdef MIST
+    bool tells = seen && !is_scattered(load_hit());
+#ifdef VISIBILITY
+    tells = tells && !(held_out && let_through_by(load_diffuse()) == 0.0);
+#endif
+    store_mist_seen(Radiance(vec3(0.0), tells ? mean(throughput) * nearness_of(place) : 0.0));
+#endif
     store_normal_seen(Radiance(ends ? normal : vec3(0.0), ends ? depth : 0.0));
 }

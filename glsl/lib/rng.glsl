@@ -43,7 +43,8 @@ vec2 r2_sequence(vec2 start, uint n) {
 }
 
 // The same for two dimensions more: of 1500 pairs of steps by chance, the one whose combinations with R2's, by whole
-// numbers up to 20, stay farthest from whole numbers. So points of both sequences fill all four dimensions evenly.
+// numbers up to 20, stay farthest from whole numbers. So points of both sequences fill all four dimensions evenly. (Places
+// on a lens go by this, too, beside Sobol's in pixels.)
 vec2 second_sequence(vec2 start, uint n) {
     uvec2 step = uvec2(2726840505u, 1455715471u);  // 2^32 times 0.63489203, 0.33893517
     return fract(start + vec2((step * n) >> 8u) * (1.0 / 16777216.0));

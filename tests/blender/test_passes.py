@@ -13,7 +13,7 @@ import pytest
 from addon.blender import engine
 from addon.blender.session import SESSION
 
-from .build import shader_material
+from .build import add_mesh, shader_material
 from .render_passes import render_exr
 
 pytestmark = pytest.mark.blender
@@ -70,6 +70,38 @@ def test_denoising(room, tmp_path) -> None:
     assert albedo.min() >= 0.0 and 0.1 < albedo.mean() < albedo.max() <= 1.0
     assert np.linalg.norm(normal, axis=-1).max() == pytest.approx(1.0, abs=1e-3)
     assert not any("denoised" in x for x in SESSION.reports[room.name].warnings)
+
+
+@pytest.mark.parametrize("falloff", ["QUADRATIC", "LINEAR", "INVERSE_QUADRATIC"])
+def test_mist_and_what_shines_as_in_cycles(room, tmp_path, falloff) -> None:
+    """Blender's own passes, which compositors ask for by Cycles' names."""
+    colour = (0.3, 0.3, 0.3, 1.0)
+    veil = shader_material("ShaderNodeBsdfTransparent", "Veil", Color=colour)
+    glow = shader_material("ShaderNodeEmission", "Glow", Color=(1.0, 0.5, 0.2, 1.0), Strength=3.0)
+    for name, material, at, scale in (
+        ("Veil", veil, (1.5, 0.5, 4.0), 1.5),
+        ("Lit", glow, (-2.0, -0.5, 1.0), 0.8),
+    ):
+        add_mesh(name, scale=(scale,) * 3, location=at).data.materials.append(material)
+    layer, mist = room.view_layers[0], room.world.mist_settings
+    layer.use_pass_mist = layer.use_pass_emit = layer.use_pass_environment = True
+    mist.start, mist.depth, mist.falloff = 2.0, 12.0, falloff
+    room.camera.data.lens, room.photon_stream.passes = 20.0, 16
+    ours = render_exr(room, tmp_path / "a.exr")
+    lines = SESSION.reports[room.name].lines()
+    assert [line for line in lines if "Pass" in line and "Mirror" not in line] == []
+    room.render.engine, room.cycles.device, room.cycles.samples = "CYCLES", "CPU", 64
+    room.cycles.use_denoising = room.cycles.use_adaptive_sampling = False
+    theirs = render_exr(room, tmp_path / "b.exr")
+    shines, beyond = (engine.OWN[f"use_pass_{x}"].name for x in ("emit", "environment"))
+    within = {"Mist": theirs["Mist"] >= 0.0}  # each pass where it is wholly of one thing
+    within[shines] = theirs[shines] == theirs[shines].max(axis=(0, 1))
+    within[beyond] = theirs[beyond] == theirs[beyond].max(axis=(0, 1))
+    for name, there in within.items():
+        assert ours[name].shape == theirs[name].shape and there.any(), name
+        np.testing.assert_allclose(ours[name][there].mean(), theirs[name][there].mean(), rtol=0.01)
+    apart = np.abs(ours["Mist"] - theirs["Mist"])
+    assert apart.mean() < 5e-3 and np.median(apart) < 1e-3 and theirs["Mist"].std() > 0.05
 
 
 @pytest.mark.skipif(bpy.app.version < (5, 0), reason="compositor trees were scenes' own")

@@ -45,7 +45,7 @@ def test_culling_is_named(scene, export, name) -> None:
         ("scene.cycles.diffuse_bounces", 0, "Diffuse Bounces"),
         ("scene.cycles.use_fast_gi", True, "Fast GI Approximation"),
         ("scene.cycles.film_transparent_glass", True, "Transparent Glass"),
-        ("layer.use_pass_mist", True, "Passes"),
+        ("layer.use_pass_vector", True, "Passes"),
         ("layer.cycles.use_pass_shadow_catcher", True, "Passes"),
         ("obj.shadow_terminator_shading_offset", 0.5, "Shadow Terminator Shading Offset"),
         ("material.cycles.use_bump_map_correction", False, "Bump Map Correction"),

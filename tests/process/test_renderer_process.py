@@ -19,7 +19,7 @@ import pytest
 from addon.photon.errors import DeviceError, SceneError, SettingsError
 from addon.photon.jobs import worker
 from addon.photon.jobs.console import status_text
-from addon.photon.jobs.process import RendererProcess, _shared_bytes, last_error
+from addon.photon.jobs.process import IMAGE_BYTES, RendererProcess, _shared_bytes, last_error
 from addon.photon.scene.snapshot import pack
 from tests.process.renders import HUGE, LONG, SMALL, finish, linux
 from tests.scenes import cornell
@@ -141,6 +141,14 @@ def test_border_region_shares_its_own_pixels(process: RendererProcess) -> None:
     assert bytes_of(border) == bytes_of(SMALL) < 1e6 < bytes_of(whole)
     last = finish(process, border)
     assert last.images is not None and last.images["Combined"].shape == (16, 24, 4)
+
+
+def test_every_image_has_room(process: RendererProcess) -> None:
+    """Of those that are asked for besides, too."""
+    asked = replace(SMALL, illuminance=True, caustics=True, denoising_data=True)
+    images = finish(process, replace(asked, mist=(0.0, 9.0, 1.0))).images
+    assert images and {"Mist", "Illuminance", "Caustics", "Denoising Albedo"} <= images.keys()
+    assert sum(image.nbytes for image in images.values()) <= IMAGE_BYTES * 24 * 16
 
 
 def test_time_limit(process: RendererProcess) -> None:

@@ -31,6 +31,7 @@ SETTINGS = Settings(
     illuminance=True,
     caustics=True,
     denoising_data=True,
+    mist=(0.2, 3.0, 1.0),
 )
 
 

@@ -25,6 +25,7 @@ from addon.photon.scene import Medium, Scene, phong
 from addon.photon.settings import Settings
 from addon.streams import Device, Stream, StreamError, draw
 from tests.scenes import cornell
+from tests.unit.test_compaction import veiled
 from tests.unit.test_denoiser import needs_it
 
 ROOT = Path(__file__).parents[2]
@@ -99,7 +100,7 @@ def scene_of(lobes: int, lights: int) -> Scene:
         {"estimator": "splat", "backend": "fragment"},
         {"photons": 0},
         {"denoise": True, "backend": "fragment"},
-        {"denoising_data": True},
+        {"denoising_data": True, "mist": (0.0, 9.0, 1.0)},
     ],
     ids=str,
 )
@@ -113,6 +114,16 @@ def test_textures_are_counted(
 ) -> None:
     scene = scene_of(lobes, lights)
     found, expected = textures_of(device, monkeypatch, scene, strip, replace(SMALL, **settings))
+    assert found == expected
+
+
+@pytest.mark.parametrize("backend", ["native", "fragment", "compute"])
+def test_textures_of_mist_are_counted(
+    device: Device, monkeypatch: pytest.MonkeyPatch, backend: Any
+) -> None:
+    """Seen through what is transparent, too."""
+    settings = replace(SMALL, backend=backend, mist=(0.0, 9.0, 1.0))
+    found, expected = textures_of(device, monkeypatch, veiled(), 24 * 16, settings)
     assert found == expected
 
 

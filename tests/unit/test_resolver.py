@@ -28,7 +28,7 @@ from tests.unit.test_denoiser import needs_it
 SETTINGS = Settings(
     width=40, height=24, photons=2048, backend="compute", illuminance=True, passes=9
 )
-SETTINGS = replace(SETTINGS, denoise=True, denoising_data=True)
+SETTINGS = replace(SETTINGS, denoise=True, denoising_data=True, mist=(1.0, 9.0, 2.0))
 
 
 def rendered(device: Device, scene: Scene, passes: int) -> Renderer:
@@ -56,7 +56,9 @@ def test_resolvers_agree(
     by_host = telling()
     images, telling = resolver.resolve(ALL_IMAGES)
     error = telling()
-    assert images.keys() == expected.keys() >= {"Illuminance", "Mirror", "Combined", *FEATURES}
+    assert (
+        images.keys() == expected.keys() >= {"Illuminance", "Mist", "Mirror", "Combined", *FEATURES}
+    )
     for name, image in images.items():
         assert image.dtype == np.float32 and image.shape == expected[name].shape
         np.testing.assert_allclose(image, expected[name], rtol=1e-5, atol=1e-7, err_msg=name)

@@ -52,7 +52,7 @@ def test_defaults_are_in_range() -> None:
 
 
 def test_every_field_is_in_a_test_here() -> None:
-    covered = {row[0] for row in RANGES} | CHOICES.keys() | SWITCHES | {"region"}
+    covered = {row[0] for row in RANGES} | CHOICES.keys() | SWITCHES | {"region", "mist"}
     assert {field.name for field in fields(Settings)} == covered
 
 
@@ -93,6 +93,13 @@ def test_region(region: tuple[int, int, int, int]) -> None:
 def test_region_outside_the_frame(region: tuple[int, int, int, int]) -> None:
     with pytest.raises(SettingsError, match=r"region = \(.* is empty or outside 10x20"):
         Settings(width=10, height=20, region=region).check()
+
+
+def test_mist() -> None:
+    Settings(mist=(0.0, 0.0, 2.0)).check()
+    for bad in ((-1.0, 10.0, 1.0), (0.0, math.nan, 1.0), (0.0, 10.0, 0.0), (0.0, 1e30, 1.0)):
+        with pytest.raises(SettingsError, match=r"^mist = \(.* is outside \[0, 1e18\]"):
+            Settings(mist=bad).check()
 
 
 @pytest.mark.parametrize("name", ["width", "height", "passes", "photons", "seed", "first_pass"])

@@ -9,7 +9,9 @@ import bpy
 from .dicing import adaptive
 from .report import Notes
 
-PASSES = {"use_pass_combined", "use_pass_z", "use_pass_normal"}  # of Blender's, that are rendered
+# Of Blender's, those that are rendered.
+PASSES = {"use_pass_combined", "use_pass_z", "use_pass_mist", "use_pass_normal"}
+PASSES |= {"use_pass_emit", "use_pass_environment"}
 NO_PASSES = {"use_pass_cryptomatte_accurate"}
 # Cycles' bounces that new files have, by what is called so.
 BOUNCES = {
@@ -46,10 +48,10 @@ def note_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, notes: N
         ):
             if getattr(cycles, setting, False):
                 notes.ignored(name, label, "objects that it would leave out are rendered")
-    _note_passes(view_layer, notes)
+    _note_passes(scene, view_layer, notes)
 
 
-def _note_passes(layer: bpy.types.ViewLayer, notes: Notes) -> None:
+def _note_passes(scene: bpy.types.Scene, layer: bpy.types.ViewLayer, notes: Notes) -> None:
     """Of passes that a layer's files or compositor would have."""
     asked = [
         entry.name
@@ -62,6 +64,13 @@ def _note_passes(layer: bpy.types.ViewLayer, notes: Notes) -> None:
     if asked:
         what = f"{', '.join(asked)}: not rendered, so what composites them has none"
         notes.ignored(f"View Layer '{layer.name}'", "Passes", what)
+    for flag, label in (("use_pass_emit", "Emission"), ("use_pass_environment", "Environment")):
+        if getattr(layer, flag):
+            what = "what transparent surfaces show is in Mirror"
+            notes.approximated(f"View Layer '{layer.name}'", f"Pass {label}", what)
+    if layer.use_pass_environment and scene.render.film_transparent:
+        what = "empty, for the film is transparent"
+        notes.ignored(f"View Layer '{layer.name}'", "Pass Environment", what)
     if layer.aovs:
         names = ", ".join(entry.name for entry in layer.aovs)
         notes.ignored(f"View Layer '{layer.name}'", "Shader AOVs", f"{names}: not rendered")

@@ -45,7 +45,7 @@ class EyeCamera:
         if camera.motion:
             self._matrices = camera.motion.matrices.copy()
             self._matrices[:, :3, 3] = frame.points(self._matrices[:, :3, 3])
-        self._is_orthographic = camera.kind == "ORTHO"
+        self._is_orthographic, self._scale = camera.kind == "ORTHO", frame.scale
         unit = frame.scale if self._is_orthographic else 1.0
         self._window = tuple(edge / unit for edge in camera.window)
         numbers = camera_kinds()[camera.kind.lower()].numbers(camera.parameters, 1 / frame.scale)
@@ -114,6 +114,14 @@ class EyeCamera:
             "eye": tuple(map(float, self._matrix[:3, 3])),
             "view_axis": tuple(map(float, -self._matrix[:3, 2])),
         }
+
+    def mist(self) -> dict[str, tuple[float, ...]]:
+        """What glsl/lib/mist.glsl asks for, where an image of it is wanted."""
+        if self._settings.mist is None:
+            return {}
+        begin, depth, power = self._settings.mist
+        thickens = min(self._scale / depth, _FAR) if depth > 0.0 else 0.0  # no depth, no mist
+        return {"mist": (begin / self._scale, thickens, power, float(self._is_orthographic))}
 
     def _at(self, index: int) -> tuple[NDArray[np.float64], tuple[float, ...]]:
         """Where the camera is at a pass's instant, and its window."""

@@ -5,7 +5,15 @@ from __future__ import annotations
 
 from ...streams import Kernel, PingPong, Stream
 from ..backends.backend import Backend
-from ..film.picture import EMISSION_IMAGES, FEATURE_IMAGES, FILM_IMAGES, MIRROR_IMAGES
+from ..film.picture import (
+    CAUSTIC_IMAGES,
+    EMISSION_IMAGES,
+    FEATURE_IMAGES,
+    FILM_IMAGES,
+    ILLUMINANCE_IMAGES,
+    MIRROR_IMAGES,
+    MIST_IMAGES,
+)
 from ..kernels.add_chain import AddChain
 from ..kernels.combine import CombineAll, CombineCaustics, CombineMirror, CombinePrimary
 from ..kernels.features import Features
@@ -25,10 +33,23 @@ _SUMS = {
     "indirect_sum": ("mirror_indirect", "indirect_seen"),
     "blur_sum": ("blur", "blur_seen"),
     "background_sum": ("background", "lost"),
+    "mist_sum": ("mist", "mist_seen"),
     "albedo_sum": ("albedo", "albedo_seen"),
     "normal_sum": ("normal_shown", "normal_seen"),
     "caustics_sum": ("mirror_caustics", "caustics_seen"),
 }
+
+
+def film_images(needs: SceneNeeds) -> list[str]:
+    """Those of a pass that the film adds up, in its order."""
+    names = [*FILM_IMAGES, *(MIRROR_IMAGES if needs.secondary_rays else ())]
+    names += EMISSION_IMAGES if needs.emitters_seen else ()
+    names += ILLUMINANCE_IMAGES if needs.illuminance else ()
+    names += MIST_IMAGES if needs.mist else ()
+    names += CAUSTIC_IMAGES[: 1 + needs.secondary_rays] if needs.caustics else ()
+    names += FEATURE_IMAGES if needs.features else ()
+    names += ["blur"] if needs.photons else []
+    return names
 
 
 class PassImages:
@@ -54,6 +75,7 @@ class PassImages:
         self._moved = MovedSums()
         self._features: Features | None = None
         names = (*FILM_IMAGES, *(EMISSION_IMAGES if needs.emitters_seen else ()))
+        names += MIST_IMAGES if needs.mist else ()
         if needs.features:
             self._features = Features(device, layer, needs.feature_defines, made=needs.made)
             names += FEATURE_IMAGES
@@ -73,7 +95,8 @@ class PassImages:
             records |= {"blur": BLUR} if needs.photons else {}
             records |= {"mirror_caustics": RADIANCE} if needs.caustics else {}
             # The eye sees the background through transparent surfaces, after the first ones.
-            records |= {"background": RADIANCE} if needs.transparent else {}
+            through = ("background", *(MIST_IMAGES if needs.mist else ()))
+            records |= dict.fromkeys(through, RADIANCE) if needs.transparent else {}
             records |= dict.fromkeys(FEATURE_IMAGES, RADIANCE) if needs.features else {}
             self._sums = {name: PingPong(device, record, size) for name, record in records.items()}
             self._seen_by_rays(size)
@@ -87,6 +110,7 @@ class PassImages:
                 x or NO_LIMIT for x in (settings.clamp_direct, settings.clamp_indirect)
             ),
             **eye.camera.view_axis(),
+            **eye.camera.mist(),
         }
 
     def begin(self) -> PassImages:

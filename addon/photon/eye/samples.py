@@ -30,7 +30,8 @@ def pixel_jitter(settings: Settings, index: int) -> tuple[float, float]:
 def instant(settings: Settings, index: int, shutter: tuple[float, ...]) -> float:
     """When a pass is, from the shutter's opening, 0, to its closing, 1; more often when it is more
     open. `shutter`: how open it is at even instants; (): all the time the same."""
-    # Of 1500 steps by chance one that, with those of the lens, fills all dimensions evenly.
+    # Of 1500 steps by chance one that fills all dimensions evenly with R2's and those of the lens
+    # (second_sequence of glsl/lib/rng.glsl).
     drawn = float((_first(settings.seed)[2] + index * 0.5445742427218005) % 1.0)
     if len(shutter) < 2 or not any(shutter):
         return drawn

@@ -15,7 +15,7 @@ Image = NDArray[np.float32]
 Images = Mapping[str, Image]  # picture_of's, and Error and Depth
 Shot = tuple[Take, Images]
 # Of the geometry alone, which all takes of a part share.
-SHARED = {"Normal", "Depth", *FEATURES}
+SHARED = {"Normal", "Depth", "Mist", *FEATURES}
 
 
 def composite(
@@ -79,8 +79,10 @@ def _caught(
         of_shadows = _error(caught, alone, share) * seen.mean(axis=-1, keepdims=True)
         images["Error"] = np.hypot(images["Error"], of_shadows)
         combined[..., 3:] = 1.0
-    for name in SHARED & images.keys():
+    for name in (SHARED - {"Mist"}) & images.keys():
         images[name] = np.where(there > 0.0, caught[name], images[name])
+    if "Mist" in images:  # each is as thick as before the background where it shows the other's
+        images["Mist"] = np.clip(images["Mist"] + caught["Mist"] - 1.0, 0.0, 1.0)
     return images
 
 

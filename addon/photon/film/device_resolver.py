@@ -33,6 +33,7 @@ from .picture import (
     OPTIONAL,
     caustics_of,
     illuminance_of,
+    mist_of,
 )
 from .resolver import Picture, Telling
 from .strips import StripFilm
@@ -141,8 +142,9 @@ class DeviceResolver:
         self, name: str, image: NDArray[np.float32], texels: NDArray[np.float32], rows: slice
     ) -> None:
         """Make rows of an image of what was read."""
-        if name == "Illuminance":
-            image[rows] = illuminance_of(texels[rows] / np.float32(self._film.passes))
+        own = {"Illuminance": illuminance_of, "Mist": mist_of}
+        if name in own:
+            image[rows] = own[name](texels[rows] / np.float32(self._film.passes))
         elif name in MEANS:
             image[rows] = texels[rows, :, : image.shape[2]] / np.float32(self._film.passes)
         else:

@@ -16,6 +16,7 @@ FILM_IMAGES = ("direct", "indirect", "background", "normal", "combined")
 MIRROR_IMAGES = ("mirror", "mirror_indirect")  # only of scenes with mirrors or lobes
 EMISSION_IMAGES = ("emission",)  # only of scenes with emitters that can be seen
 ILLUMINANCE_IMAGES = ("illuminance",)  # where it is asked for
+MIST_IMAGES = ("mist",)  # the same; its alphas are what mist leaves
 CAUSTIC_IMAGES = ("caustics", "mirror_caustics")  # where they are asked for; in mirrors
 FEATURE_IMAGES = ("albedo", "normal_shown")  # of what denoisers go by, where they are asked for
 # Of what a picture is made from, where it is denoised: half of the passes apart.
@@ -25,15 +26,21 @@ OF_HALVES = ("direct", "indirect", *MIRROR_IMAGES)
 PARTS = ("Direct", "Indirect", "Mirror", "Emission", "Background")
 FEATURES = {"Denoising Albedo": "albedo", "Denoising Normal": "normal_shown"}  # by Cycles' names
 # That are there if the film has these.
-OPTIONAL = {"Illuminance": "illuminance", "Caustics": "caustics", **FEATURES}
+OPTIONAL = {
+    "Illuminance": "illuminance",
+    "Mist": "mist",
+    "Caustics": "caustics",
+    **FEATURES,
+}
 CHANNELS = {
     "Combined": 4,
     **dict.fromkeys((*PARTS, "Caustics", "Normal", *FEATURES), 3),
     "Illuminance": 1,
+    "Mist": 1,
 }
 # Film images that all pictures are made of, as far as there are any, and what else those named are.
 OF_ALL = ("direct", "indirect", "background", *MIRROR_IMAGES, *EMISSION_IMAGES, "combined", "blur")
-MADE_OF = {"Normal": "normal", "Illuminance": "illuminance", **FEATURES}
+MADE_OF = {"Normal": "normal", "Illuminance": "illuminance", "Mist": "mist", **FEATURES}
 LEAST_COVERAGE = 0.1  # a mean below it is mostly noise: dividing by it would make fireflies
 
 
@@ -50,6 +57,7 @@ def picture_of(
 
     Combined (h, w, 4) premultiplied RGBA; PARTS and Normal (h, w, 3);
     Illuminance (h, w, 1) [lx], if it is there, of diffuse surfaces that the eye sees directly;
+    Mist (h, w, 1), if it is, from 0 where there is none to 1, as before the background;
     Caustics (h, w, 3), if they are, the part of Combined that photons brought by way of lobes that
     are not diffuse; FEATURES (h, w, 3), if they are, of the first that is no mirror.
     Combined is the sum of the five light passes.
@@ -109,6 +117,8 @@ def _rows_of(means: Images, wanted: Collection[str]) -> dict[str, NDArray[np.flo
     }
     if "Illuminance" in wanted and "illuminance" in means:
         images["Illuminance"] = illuminance_of(means["illuminance"])
+    if "Mist" in wanted and "mist" in means:
+        images["Mist"] = mist_of(means["mist"])
     if "Caustics" in wanted and "caustics" in means:
         images["Caustics"] = caustics_of(means)
     for name, mean in FEATURES.items():
@@ -169,6 +179,12 @@ def illuminance_of(mean: NDArray[Any]) -> NDArray[Any]:
     photons = np.divide(light, covered, where=there > 0, out=np.zeros_like(there))
     lux: NDArray[Any] = (shown + photons)[..., None]
     return lux
+
+
+def mist_of(mean: NDArray[Any]) -> NDArray[Any]:
+    """(h, w, 1) of MIST_IMAGES."""
+    thick: NDArray[Any] = np.clip(1.0 - mean[..., 3:], 0.0, 1.0)
+    return thick
 
 
 def mirror_images(means: Mapping[str, NDArray[Any]]) -> tuple[NDArray[Any], NDArray[Any]]:

@@ -18,7 +18,7 @@ from ..errors import RenderError
 from .blocks import in_blocks
 
 LAYER = "ViewLayer"  # Blender's default view layer, so that readers find the same channel names
-_CHANNELS = {"Depth": "Z", "Error": "X", "Illuminance": "X"}
+_CHANNELS = {"Depth": "Z", "Error": "X", "Illuminance": "X", "Mist": "Z"}
 _CHANNELS |= {"Normal": "XYZ", "Denoising Normal": "XYZ"}
 
 

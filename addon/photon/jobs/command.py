@@ -136,6 +136,7 @@ def _render(path: Path, output: Path, given: dict[str, Any], check: Callable[[],
     for warning in renderer.warnings[said:]:
         print(f"warning: {warning}", file=sys.stderr)
     renderer.release()  # makes room
+    check()
     write_picture(output, images, info)
     end = time.perf_counter()
     phases = {"load": loaded - start, "device": opened - loaded} | renderer.seconds

@@ -89,7 +89,8 @@ def raising() -> Iterator[Callable[[], None]]:
         with on_hangup(interrupt), let_in():
             yield check
     finally:
-        signal.signal(signal.SIGINT, before)
+        # Python does not know a handler of C's and gives None for it.
+        signal.signal(signal.SIGINT, signal.SIG_DFL if before is None else before)
 
 
 def say_last(text: str) -> None:

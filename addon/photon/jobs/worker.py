@@ -240,5 +240,5 @@ class _Worker:
 
 
 def _settings(values: Message) -> Settings:
-    region = values["region"]
-    return Settings(**(values | {"region": tuple(region) if region else None}))
+    own = {name: tuple(values[name]) for name in ("region", "mist") if values[name]}
+    return Settings(**(values | own))

@@ -7,12 +7,13 @@ class AddChain(Kernel):
     """Add what secondary rays see to their pixels' images."""
 
     stem = "add_chain"
-    structure = ("PHOTON_MAP", "TRANSPARENT", "FEATURES", "CAUSTICS")
+    structure = ("PHOTON_MAP", "TRANSPARENT", "FEATURES", "CAUSTICS", "MIST")
     inputs = {
         "sum": RADIANCE,
         "indirect_sum": RADIANCE,
         "blur_sum": When("PHOTON_MAP", BLUR),
         "background_sum": When("TRANSPARENT", RADIANCE),
+        "mist_sum": When("MIST", When("TRANSPARENT", RADIANCE)),
         "albedo_sum": When("FEATURES", RADIANCE),
         "normal_sum": When("FEATURES", RADIANCE),
         "caustics_sum": When("CAUSTICS", RADIANCE),
@@ -20,6 +21,7 @@ class AddChain(Kernel):
         "indirect_seen": RADIANCE,
         "blur_seen": When("PHOTON_MAP", BLUR),
         "lost": When("TRANSPARENT", LOST),
+        "mist_seen": When("MIST", When("TRANSPARENT", RADIANCE)),
         "albedo_seen": When("FEATURES", RADIANCE),
         "normal_seen": When("FEATURES", RADIANCE),
         "caustics_seen": When("CAUSTICS", RADIANCE),
@@ -29,6 +31,7 @@ class AddChain(Kernel):
         "indirect_total": RADIANCE,
         "blur_total": When("PHOTON_MAP", BLUR),
         "background_total": When("TRANSPARENT", RADIANCE),
+        "mist_total": When("MIST", When("TRANSPARENT", RADIANCE)),
         "albedo_total": When("FEATURES", RADIANCE),
         "normal_total": When("FEATURES", RADIANCE),
         "caustics_total": When("CAUSTICS", RADIANCE),

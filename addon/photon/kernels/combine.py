@@ -1,4 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
+from typing import Any
+
 from ...streams import Kernel, Ports, Uniform, When
 from .records import (
     BLUR,
@@ -29,6 +31,11 @@ _EMITTERS: Ports = {
 _CLAMPS = {"clamps": When("CLAMPED", Uniform("vec2"))}
 
 
+def _misty(what: Any) -> When:
+    """What secondary rays ask for that may show mist behind transparent surfaces."""
+    return When("MIST", When("TRANSPARENT", what))
+
+
 class CombinePrimary(Kernel):
     """Split what the eye sees into the images direct, indirect, emission, background and normal; a
     PANORAMIC one may have no ray in a pixel."""
@@ -43,6 +50,7 @@ class CombinePrimary(Kernel):
         "PHOTON_MAP",
         "CLAMPED",
         "MEDIA",
+        "MIST",
         "SCATTERING",
     )
     inputs = {
@@ -68,12 +76,14 @@ class CombinePrimary(Kernel):
         "emission_seen": When("EMITTERS", RADIANCE),
         "background_seen": RADIANCE,
         "normal_seen": RADIANCE,
+        "mist_seen": When("MIST", RADIANCE),
         "blur_seen": When("PHOTON_MAP", BLUR),
     }
     uniforms = {
         "background_alpha": Uniform("float"),
         "eye": Uniform("vec3"),
         "view_axis": Uniform("vec3"),
+        "mist": When("MIST", Uniform("vec4")),
         **_CLAMPS,
     }
 
@@ -89,6 +99,7 @@ class CombineMirror(Kernel):
         "PHOTON_MAP",
         "CLAMPED",
         "MEDIA",
+        "MIST",
         "WALKS",
     )
     inputs = {
@@ -101,6 +112,8 @@ class CombineMirror(Kernel):
         "throughput": THROUGHPUT,
         "arriving": When("MEDIA", THROUGHPUT),
         "chain": When("TRANSPARENT", CHAIN),
+        "origin": _misty(RAY_ORIGIN),
+        "place": _misty(PLACE),
         **_EMITTERS,
         **GLOSSY,
     }
@@ -108,10 +121,14 @@ class CombineMirror(Kernel):
         "seen": RADIANCE,
         "indirect_seen": RADIANCE,
         "lost": When("TRANSPARENT", LOST),
+        "mist_seen": _misty(RADIANCE),
         "blur_seen": When("PHOTON_MAP", BLUR),
     }
     uniforms = {
         "background_alpha": When("TRANSPARENT", Uniform("float")),
+        "eye": _misty(Uniform("vec3")),
+        "view_axis": _misty(Uniform("vec3")),
+        "mist": _misty(Uniform("vec4")),
         "depth": When("CLAMPED", Uniform("int")),
         **_CLAMPS,
     }

@@ -173,6 +173,7 @@ def _of_settings(settings: Settings) -> dict[str, Any]:
         "chain_depth": settings.mirror_depth,
         "photon_bounces": settings.photon_bounces,
         "illuminance": settings.illuminance,
+        "mist": settings.mist is not None,
         "features": settings.denoise or settings.denoising_data,
         "first_hits": settings.direct_by_photons,
         "clamped": settings.clamp_direct > 0.0 or settings.clamp_indirect > 0.0,

@@ -48,6 +48,7 @@ class SceneNeeds:
     tinted: bool = False  # such a layer colours what it lets through
     tangents: bool = False  # lobes turn with them
     illuminance: bool = False  # is asked for
+    mist: bool = False  # is asked for
     features: bool = False  # which denoisers go by are asked for
     smooth: bool = False  # triangles stand for a bent surface
     camera_kind: str = "persp"
@@ -67,9 +68,7 @@ class SceneNeeds:
     first_hits: bool = False  # photons carry the direct light
     no_caustics: int = 0  # bits of CAUSTICS: by such lobes no light comes to diffuse surfaces
     programs: ProgramNeeds = ProgramNeeds()  # of the materials
-    emission_programs: ProgramNeeds = (
-        ProgramNeeds()
-    )  # where what they emit differs from point to point
+    emission_programs: ProgramNeeds = ProgramNeeds()  # where what they emit differs by place
     transparent_depth: int = 0  # surfaces that a ray goes straight on through
     media: bool = False  # light is absorbed or scattered on its way, inside meshes or everywhere
     too_bright: bool = False  # some surfaces reflect more than they receive
@@ -92,6 +91,7 @@ class SceneNeeds:
         """What kernels are compiled with that put a picture together."""
         found: dict[str, int | float] = {"PHOTON_MAP": 1} if self.photons else {}
         found |= {"FEATURES": 1} if self.features else {}
+        found |= {"MIST": 1} if self.mist else {}
         found |= self.walk_defines | ({"CLAMPED": 1} if self.clamped else {})
         of_rays = {**self.emitter_defines, **self.gather_defines, **self.transparent_defines}
         return {**of_rays, **found, **self.caustic_defines, **self.media_defines}
