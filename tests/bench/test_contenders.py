@@ -75,11 +75,18 @@ def blocks(image: np.ndarray) -> np.ndarray:
     return image.reshape(8, side, 8, side, 3).mean((1, 3))
 
 
-def rendered(module: str, method: str, scene: Scene, folder: Path) -> np.ndarray:
+def rendered(
+    module: str, method: str, scene: Scene, folder: Path, with_llvm: bool = False
+) -> np.ndarray:
     if (name := PROGRAMS.get(module)) and not shutil.which(name):
         pytest.skip(f"{name} is not installed: Debian's package {name} has it")
     if (name := PACKAGES.get(module)) and find_spec(name) is None:
         pytest.skip(f"{name} is not installed; `python build.py chart` does it")
+    if with_llvm:
+        from .chart.contenders.mitsuba import newest_llvm
+
+        if not newest_llvm():
+            pytest.skip("Mitsuba's scalar mode cannot; Debian's package libllvm19 has the other's")
     scene.save(folder / "scene.npz")
     worker = Worker(module)
     try:
@@ -105,7 +112,8 @@ def test_a_lamp_over_a_plane(module: str, method: str, light: Light, tmp_path: P
     if module == "povray" and light.kind == "spot":
         pytest.skip("POV-Ray's spots fade in another way: refused")
     material = plain_material("Paint", (0.8, 0.5, 0.2))
-    found = rendered(module, method, plane(light, material), tmp_path)
+    with_llvm = module == "light_tracer"
+    found = rendered(module, method, plane(light, material), tmp_path, with_llvm)
     mine, expected = blocks(found), blocks(radiance(light, material))
     bright = expected > 0.1 * expected.max()
     # Light tracing sprinkles: its blocks still have a percent of noise; POV-Ray's photons as well.
@@ -119,7 +127,7 @@ def test_a_lamp_over_a_plane(module: str, method: str, light: Light, tmp_path: P
 def test_a_phong_lobe(tmp_path: Path) -> None:
     """Mitsuba's is ours: Lafortune & Willems' closed form."""
     material = plain_material("Gloss", (0.1, 0.2, 0.3), (0.3, 0.2, 0.1), 20.0)
-    found = rendered("mitsuba", "path", plane(POINT, material), tmp_path)
+    found = rendered("mitsuba", "path", plane(POINT, material), tmp_path, with_llvm=True)
     points = floor_points(4 * SIZE)
     to_light, to_eye = np.array(POINT.position) - points, CAMERA[:3, 3] - points
     distance = np.linalg.norm(to_light, axis=-1, keepdims=True)

@@ -22,7 +22,8 @@ BLEND_SCENES = Path(__file__).resolve().parents[2] / "blend_scenes"
 # Set by the frame, the region and the film, or of no use in Blender.
 NOT_PROPERTIES = {"width", "height", "region", "first_pass", "transparent", "caller_bytes"}
 NOT_PROPERTIES |= {"transparent_depth", "volume_bounces"}
-NOT_PROPERTIES |= {"caustics", "illuminance", "denoising_data"}  # asked for by passes
+# Asked for by passes.
+NOT_PROPERTIES |= {"caustics", "illuminance", "denoising_data", "mist"}
 # Cycles' properties, as the fixture's scene has them.
 OF_CYCLES = {
     "pixel_filter": "blackman_harris",
