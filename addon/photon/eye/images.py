@@ -74,18 +74,14 @@ class PassImages:
         self._add: AddChain | None = None
         self._moved = MovedSums()
         self._features: Features | None = None
-        names = (*FILM_IMAGES, *(EMISSION_IMAGES if needs.emitters_seen else ()))
-        names += MIST_IMAGES if needs.mist else ()
         if needs.features:
             self._features = Features(device, layer, needs.feature_defines, made=needs.made)
-            names += FEATURE_IMAGES
-        self._seen = {name: Stream(device, RADIANCE, size) for name in names}
-        if needs.illuminance:
-            self._seen["illuminance"] = Stream(device, ILLUMINANCE_SEEN, size)
-        if needs.photons:
-            self._seen["blur"] = Stream(device, BLUR, size)
-        if needs.caustics:
-            self._seen["caustics"] = Stream(device, RADIANCE, size)
+        other = {"illuminance": ILLUMINANCE_SEEN, "blur": BLUR}
+        self._seen = {
+            name: Stream(device, other.get(name, RADIANCE), size)
+            for name in film_images(needs)
+            if name not in (*MIRROR_IMAGES, "mirror_caustics")
+        }
         self._sums: dict[str, PingPong] = {}  # of images that chains add to
         self._of_rays: dict[tuple[int, int], dict[str, Stream]] = {}  # what they see, by size
         if needs.secondary_rays:
