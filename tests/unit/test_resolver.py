@@ -4,8 +4,12 @@
 from __future__ import annotations
 
 import math
+import os
+import subprocess
+import sys
 import time
 from dataclasses import replace
+from pathlib import Path
 
 import moderngl
 import numpy as np
@@ -25,6 +29,7 @@ from addon.streams.linked import Linked
 from tests.scenes import cornell
 from tests.unit.test_denoiser import needs_it
 
+ROOT = Path(__file__).parents[2]
 SETTINGS = Settings(
     width=40, height=24, photons=2048, backend="compute", illuminance=True, passes=9
 )
@@ -151,3 +156,33 @@ def test_programs_wait_to_be_run() -> None:
     assert linked.program["scale"].value == 3.0 and len(made) == 1
     linked.release()
     assert not made
+
+
+FIRST_HALF = """
+import hashlib
+from types import SimpleNamespace
+import numpy as np
+from addon.photon.film.picture import first_half
+names = ("combined", "direct", "indirect", "mirror", "mirror_indirect")
+numbers = np.random.default_rng(1)
+means, halves = ({name: numbers.random((16, 16, 4)) for name in names} for _ in range(2))
+found = first_half(SimpleNamespace(means=means, halves=halves))
+print(hashlib.sha256(found.tobytes()).hexdigest())
+"""
+
+
+def test_halves_add_up_the_same_in_each_process() -> None:
+    """Whatever order strings have in its sets: floats do not add up in any."""
+    found = set()
+    for seed in range(4):
+        done = subprocess.run(
+            [sys.executable, "-c", FIRST_HALF],
+            cwd=ROOT,
+            env=os.environ | {"PYTHONHASHSEED": str(seed)},
+            capture_output=True,
+            text=True,
+            check=True,
+            timeout=60,
+        )
+        found.add(done.stdout)
+    assert len(found) == 1

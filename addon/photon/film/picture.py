@@ -146,7 +146,7 @@ def first_half(statistics: Statistics) -> NDArray[np.float32]:
     weights = {"indirect": means["direct"][..., 3:], "mirror_indirect": mirror_images(means)[0]}
 
     def work(rows: slice) -> None:
-        for name in halves.keys() & weights.keys():
+        for name in (each for each in weights if each in halves):  # sets have an order a process
             weight = weights[name][rows, :, -1:]
             covered = np.maximum(means[name][rows, :, 3:], LEAST_COVERAGE * weight)
             times = np.divide(weight, covered, where=covered > 0, out=np.ones_like(weight))
