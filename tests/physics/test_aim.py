@@ -277,16 +277,16 @@ def test_all_ways_aim_alike(device: Device, backend: str) -> None:
         pytest.skip("no compute programs")
     for scene in (behind_a_window(SKY), behind_a_window(BULB)):
         settings = {"radius": 0.4, "photons": 20000, "passes": 2, "width": 16, "height": 16}
-        means = [
-            np.mean(
+        means = np.array(
+            [
                 [
                     images_of(device, scene, backend=own, seed=seed, **settings)["Indirect"].mean()
-                    for seed in range(4)
+                    for seed in range(5)
                 ]
-            )
-            for own in ("native", backend)
-        ]
-        assert means[0] == pytest.approx(means[1], rel=0.02)
+                for own in ("native", backend)
+            ]
+        )
+        assert np.median(np.abs(means[0] / means[1] - 1.0)) < 1e-3
 
 
 def tray(half: float) -> Scene:
@@ -376,7 +376,7 @@ def test_a_dome_far_away(device: Device, backend: str, hidden: bool) -> None:
     """Things on a floor in a dome of emitting triangles are lit as by a world of its radiance; of
     the photons that leave it by the cosine none comes there."""
     found = []
-    for radius in (60.0, 0.0):
+    for radius, seeds in ((0.0, (0,)), (60.0, (0, 3, 4))):
         built = Builder().quad((-2, -2, 0), (2, -2, 0), (2, 2, 0), (-2, 2, 0), 0, "floor")
         built.box((0.7, -0.3, 0.3), (1.3, 0.3, 0.9), 0, "box")
         built.sphere((-0.8, -0.5, 0.6), 0.6, 0, "ball")
@@ -387,7 +387,10 @@ def test_a_dome_far_away(device: Device, backend: str, hidden: bool) -> None:
         dome = Material("dome", (0.0, 0.0, 0.0), emission=(1.0,) * 3)
         scene = built.scene(camera((0.5, -7, 3), (0, 0, 0.5), 30), lights, [WALL, dome])
         settings = {"width": 64, "height": 48, "passes": 16, "photons": 30000, "backend": backend}
-        with rendered(device, scene, **settings) as renderer:
-            found.append(renderer.images(["Indirect"])["Indirect"].mean(axis=(0, 1), dtype=float))
-    assert found[0] == pytest.approx(found[1], rel=0.1)
-    assert (found[1] > 0.001).all()
+        for seed in seeds:
+            with rendered(device, scene, **settings, seed=seed) as renderer:
+                images = renderer.images(["Indirect"])
+            found.append(images["Indirect"].mean(axis=(0, 1), dtype=float))
+    for of_dome in found[1:]:
+        assert of_dome == pytest.approx(found[0], rel=0.1)
+    assert (found[0] > 0.001).all()

@@ -18,6 +18,7 @@ from ..stage.geometry import Mesh
 from ..stage.kinds import light_kinds
 from ..stage.tables import Tables
 from .importance import Importance, importance_of
+from .landed import trace_few
 from .mapper import Mapper
 from .photon_portals import portals_by, sees_lamp, sees_no_lamp
 from .portals import LIFT, NO_PORTALS, portals_of
@@ -54,6 +55,7 @@ OUTSHINES = 16.0
 # Photons of a near light start at once by what the picture shows, where few reach that: passes that
 # tell where.
 TOWARD_PASS = LEARNING_PASS + 16
+RARE_PASS = LEARNING_PASS + 12  # of photons that tell whether any land
 # Where a pass's photons land less often than this, for they leave the scene, all passes know.
 FEW_LAND = 0.1
 # From surfaces that emit half of them go to the box about what is shown; and those of a light of
@@ -100,7 +102,7 @@ class Aiming:
         tables.set_photon_portals(NO_PORTALS)
         self._seeks = sees_no_lamp(mesh, tables, eye)
         self._is_outside = tables.distant_lights > 0
-        self._misses = self._is_rare = False
+        self._is_rare = self._has_asked = False
         fluxes = [tables.by_flux[group].sum() for group in tables.light_groups]
         outshone = bool(fluxes) and max(fluxes) > OUTSHINES * min(fluxes)
         late = 1 if len(fluxes) > 1 else PASSES_OF_ONE
@@ -116,12 +118,9 @@ class Aiming:
         """Whether photons that start by flux alone land so seldom, each in the mean, that all
         passes shall know; then they do."""
         shines = bool((self._tables.by_flux > 0.0).any())
-        if not shines or self._misses or landed >= FEW_LAND:
+        if not shines or self._first == 0 or landed >= FEW_LAND:
             return False
-        is_rare = landed < RARELY_LAND
-        if self._first == 0 and not (is_rare and _uses_no_portal(self._tables, self._used)):
-            return False
-        self._first, self._misses, self._is_rare, self._learned = 0, True, is_rare, None
+        self._first, self._is_rare, self._learned = 0, landed < RARELY_LAND, None
         return True
 
     @property
@@ -155,6 +154,8 @@ class Aiming:
         tables = self._tables
         if not len(view.places):
             return self._plain
+        if not self._has_asked:
+            self._is_rare, self._has_asked = self._is_rare or self._land_rarely(), True
         with ThreadPoolExecutor(1) as thread:  # while the host waits for photons
             if tables.has_world:
                 passed = tables.transparent | tables.clear  # by shadow rays to it
@@ -169,7 +170,7 @@ class Aiming:
         tables.set_photon_portals(NO_PORTALS)
         self._is_small = self._is_outside and is_small(view)
         self._propose(view)
-        if self._is_small:
+        if self._is_small and not self._is_rare:
             self._use(self._by_proposals())
             self._surrounded = surrounded(self._mapper, view, self._mesh, PORTAL_PASS)
             if self._surrounded:
@@ -183,6 +184,16 @@ class Aiming:
             self._use(starts)
             tables.set_photon_portals(portals_by(self._mapper, tables, view, PORTAL_PASS))
         return starts
+
+    def _land_rarely(self) -> bool:
+        """Whether photons of surfaces that emit, if most are, land so seldom by flux alone."""
+        tables = self._tables
+        if not _uses_no_portal(tables, self._plain):
+            return False
+        self._use(self._plain)
+        tables.set_photon_portals(NO_PORTALS)
+        landed = trace_few(self._mapper, RARE_PASS, FIRST_PHOTONS)
+        return len(landed.places) < RARELY_LAND * FIRST_PHOTONS
 
     def _starts(self, view: View) -> Starts:
         """By what first photons tell, and by more where it may be worth it."""
