@@ -19,6 +19,8 @@ from addon.streams import Device
 SEEDS = 16
 # Student's t for a two-sided 95 % interval at 15 degrees of freedom (16 seeds).
 T_95 = 2.131
+# Settings with which eye rays go through pixels' middles alone.
+MIDDLES: dict[str, Any] = {"pixel_filter": "gauss", "pixel_width": 0.0}
 
 
 @contextmanager

@@ -17,8 +17,8 @@ from .backends.backend import Backend, backend_of
 from .errors import DeviceError, PhotonStreamError
 from .eye.eye import Eye
 from .eye.images import PassImages, film_images
+from .eye.instants import instant
 from .eye.path import Path
-from .eye.samples import instant
 from .film.picture import halved_images
 from .film.strips import StripFilm, strips_of
 from .memory import Budget

@@ -17,8 +17,8 @@ from .backends.backend import Backend
 from .errors import DeviceError
 from .eye.eye import Eye
 from .eye.images import PassImages
+from .eye.instants import instant
 from .eye.path import Path
-from .eye.samples import instant
 from .film.error import Error
 from .film.picture import CHANNELS, FEATURES, exposed
 from .film.resolver import DenoisingResolver, Picture, Resolver, Telling

@@ -24,11 +24,19 @@ FEWEST_PHOTONS, MOST_PHOTONS = 1 << 12, 1 << 22  # a pass, unless the user says
 
 # One of them builds a kernel for its filter.
 FILTER_DEFINES = tuple(f"FILTER_{name.upper()}" for name in get_args(Filter))
+PIXEL_FILTER_DEFINES = tuple(f"PIXEL_{name.upper()}" for name in get_args(PixelFilter))
+# [widths] from a pixel's middle to where rays go through it.
+_REACHES: dict[PixelFilter, float] = {"box": 0.5, "gauss": 1.5, "blackman_harris": 1.0}
 
 
 def filter_define(settings: Settings) -> dict[str, int | float]:
     """The define that builds a kernel for the settings' filter."""
     return {f"FILTER_{settings.filter.upper()}": 1}
+
+
+def pixel_filter_define(settings: Settings) -> dict[str, int | float]:
+    """The define that builds a kernel for their pixel filter."""
+    return {f"PIXEL_{settings.pixel_filter.upper()}": 1}
 
 
 @dataclass(frozen=True)
@@ -142,6 +150,16 @@ class Settings:
         if self.photons is not None:
             return self.photons
         return min(max(3 * self.width * self.height, FEWEST_PHOTONS), MOST_PHOTONS)
+
+    @property
+    def pixel_filter_width(self) -> float:
+        """The pixel filter's width [px], in Blender's sense."""
+        return 1.0 if self.pixel_filter == "box" else self.pixel_width
+
+    @property
+    def pixel_filter_reach(self) -> float:
+        """How far from a pixel's middle its eye rays may go [px]."""
+        return _REACHES[self.pixel_filter] * self.pixel_filter_width
 
     @property
     def frame_region(self) -> Region:

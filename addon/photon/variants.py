@@ -43,7 +43,7 @@ from .photons.bounces import Bounces, declarations
 from .photons.device_photon_mapper import MEDIA_DEFINE
 from .photons.device_radii import DECLARATIONS
 from .scene import ALL_RAYS, TRANSPARENT
-from .settings import FILTER_DEFINES, Filter, Settings, SplatShape, filter_define
+from .settings import FILTER_DEFINES, PIXEL_FILTER_DEFINES, Settings, SplatShape, filter_define
 from .stage.displacement import defines_of
 from .stage.emissive import TRIANGLE
 from .stage.kinds import PHASE, camera_kinds, light_kinds, lobe_kinds, node_kinds
@@ -214,12 +214,11 @@ def _kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
     for defines in ({}, {"VISIBILITY": ALL_RAYS}):
         yield Tracer, defines, {}
         yield Tracer, {**defines, "ANY_HIT": 1}, {}
-    for camera in camera_kinds():
-        for defines in ({}, {"LENS": 1}):
-            yield EyeRays, defines, made_camera(camera)
-    for name in get_args(Filter):
-        yield Gather, {f"FILTER_{name.upper()}": 1}, {}
-        yield Coverage, {f"FILTER_{name.upper()}": 1}, {}
+    lenses: tuple[Defines, ...] = ({}, {"LENS": 1})
+    for camera, lens, name in product(camera_kinds(), lenses, PIXEL_FILTER_DEFINES):
+        yield EyeRays, {**lens, name: 1}, made_camera(camera)
+    for kernel, name in product((Gather, Coverage), FILTER_DEFINES):
+        yield kernel, {name: 1}, {}
     lux: Defines = {"ILLUMINANCE": 1}
     mapped: Defines = {"PHOTON_MAP": 1}
     misty: Defines = {"MIST": 1, "TRANSPARENT": 1, "VISIBILITY": 1}

@@ -34,6 +34,8 @@ void vertex() {
         low = middle - half_width;
         high = middle + half_width;
     }
+    low -= spread;  // a pixel's eye ray passes its middle by
+    high += spread;
     vec2 scale = 2.0 / vec2(window.y - window.x, window.w - window.z);
     cover((low - window.xz) * scale - 1.0, (high - window.xz) * scale - 1.0);
 }

@@ -43,8 +43,7 @@ vec2 r2_sequence(vec2 start, uint n) {
 }
 
 // The same for two dimensions more: of 1500 pairs of steps by chance, the one whose combinations with R2's, by whole
-// numbers up to 20, stay farthest from whole numbers. So points of both sequences fill all four dimensions evenly. (Places
-// on a lens go by this, too, beside Sobol's in pixels.)
+// numbers up to 20, stay farthest from whole numbers. So points of both sequences fill all four dimensions evenly.
 vec2 second_sequence(vec2 start, uint n) {
     uvec2 step = uvec2(2726840505u, 1455715471u);  // 2^32 times 0.63489203, 0.33893517
     return fract(start + vec2((step * n) >> 8u) * (1.0 / 16777216.0));
@@ -66,23 +65,32 @@ const uint DIMENSION_SHADE = 0x1c00u;  // + depth
 const uint DIMENSION_EXPECTED = 0x1e00u;  // + depth
 const uint DIMENSION_DIRECT = 0x2000u;  // + shadow ray + 0x8000 for those by lobes + 0x10000 * depth
 const uint DIMENSION_CHOICE = 0xf000u;  // + 0x10000 * depth: of lights
-const uint DIMENSION_LENS = 0xf100u;
+const uint DIMENSION_PIXEL = 0xf100u;  // and the lens
 const uint DIMENSION_WAVELENGTH = 0xf200u;
 const uint DIMENSION_FLIGHT = 0xf300u;  // + 2 * depth, and the next one
 const uint DIMENSION_PHOTON_FLIGHT = 0xf800u;  // + bounce
 const uint DIMENSION_WALK = 0x80000000u;  // + those of lib/random_walk.glsl
 
-// Passes whose numbers are even together: sixteen of a half of all. The halves (in_first_half of film/film.py) know
-// nothing of each other, for they are to tell their noise. `group` stands for them where random4 takes a pass; `number`,
-// 0 to 15: a pass's among them.
-struct EvenPasses { uint group; uint number; };
+// In which half of all passes one is, 0 or 1 (in_first_half of film/film.py), and its number there. The halves' random
+// numbers know nothing of each other, for they are to tell their noise.
+struct PassOfHalf { uint which; uint number; };
 
-EvenPasses even_passes(uint pass_index) {
+PassOfHalf pass_of_half(uint pass_index) {
     bool is_early = pass_index < 4u;
     uint pair = is_early ? pass_index : pass_index >> 1u, parity = pair;
     for (uint bits = 16u; bits > 0u; bits >>= 1u) parity ^= parity >> bits;
-    uint number = is_early ? pass_index >> 1u : 2u * (pass_index >> 2u) + (pass_index & 1u);  // of the half
-    return EvenPasses(0x40000000u + 2u * (number >> 4u) + (parity & 1u), number & 15u);
+    uint number = is_early ? pass_index >> 1u : 2u * (pass_index >> 2u) + (pass_index & 1u);
+    return PassOfHalf(parity & 1u, number);
+}
+
+// Passes whose numbers are even together: sixteen of a half. `group` stands for them where random4 takes a pass; `number`,
+// 0 to 15: a pass's among them.
+const uint EVEN_TOGETHER = 0x40000000u;
+struct EvenPasses { uint group; uint number; };
+
+EvenPasses even_passes(uint pass_index) {
+    PassOfHalf own = pass_of_half(pass_index);
+    return EvenPasses(EVEN_TOGETHER + 2u * (own.number >> 4u) + own.which, own.number & 15u);
 }
 
 uint reversed_bits(uint x) {

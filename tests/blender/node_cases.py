@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from addon.photon.scene import Scene
 from addon.streams import Device
-from tests.measure import render
+from tests.measure import MIDDLES, render
 
 from .build import add_light, add_mesh, add_node, finish, new_material
 
@@ -162,8 +162,7 @@ def _unwrap(mesh: bpy.types.Mesh) -> None:
 def render_sheet(device: Device, scene: Scene, columns: int, rows: int, backend: str) -> Picture:
     """The direct light of an exported sheet, (h, w, 3)."""
     frame = {"width": CELL * columns, "height": CELL * rows}
-    sharp = {"pixel_filter": "gauss", "pixel_width": 0.0}  # all rays in the pixels' middle
-    images = render(device, scene, backend=backend, photons=0, **frame, **sharp)
+    images = render(device, scene, backend=backend, photons=0, **frame, **MIDDLES)
     return np.asarray(images["Direct"][..., :3], np.float32)
 
 

@@ -10,13 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.photon.eye.camera import rigid_between
-from addon.photon.eye.samples import pixel_jitter
+from addon.photon.eye.camera import EyeCamera, rigid_between
 from addon.photon.renderer import NO_DEPTH
 from addon.photon.scene import Camera, Lens, Motion, Scene
-from addon.photon.settings import Settings
 from addon.streams import Device
-from tests.measure import render, rendered
+from tests.filters import below
+from tests.measure import MIDDLES, render, rendered
 from tests.scenes import Builder, closed_sphere, orthographic, plain_light
 
 
@@ -26,18 +25,6 @@ def half_plane() -> Scene:
     view = orthographic((0, 0, 1), (1, 0, 0), (0, 1, 0), 16.0)
     window = (-8.0, 8.0, -2.0, 2.0)
     return plate.scene(type(view)(view.kind, view.matrix, window))
-
-
-def below(name: str, width: float, x: float) -> float:
-    """The share of a filter below an offset [px]."""
-    if name == "box":
-        return min(max(x + 0.5, 0.0), 1.0)
-    if name == "gauss":
-        return 0.5 * (1.0 + math.erf(x / (width / 4.0) / math.sqrt(2.0)))
-    u = min(max(x / (2.0 * width) + 0.5, 0.0), 1.0)
-    sines = (-0.48829, 0.14128 / 2, -0.01168 / 3)
-    turn = 2.0 * math.pi
-    return u + sum(b * math.sin(turn * k * u) for k, b in enumerate(sines, 1)) / (turn * 0.35875)
 
 
 @pytest.mark.parametrize(
@@ -199,9 +186,8 @@ def test_panoramas_look_where_they_say(device: Device, kind: str) -> None:
     matrix[:3, :3] = [[0, 0, -1], [1, 0, 0], [0, -1, 0]]
     view = Camera(kind, matrix, (0.0, 1.0, 0.0, 1.0), parameters=parameters)
     scene = replace(closed_sphere(0.5), camera=view)
-    images = render(device, scene, width=48, height=32, photons=30000)
-    jx, jy = pixel_jitter(Settings(), 0)
-    x, y = np.meshgrid((np.arange(48) + jx) / 24 - 1, (np.arange(32) + jy) / 16 - 1)
+    images = render(device, scene, width=48, height=32, photons=30000, **MIDDLES)
+    x, y = np.meshgrid((np.arange(48) + 0.5) / 24 - 1, (np.arange(32) + 0.5) / 16 - 1)
     inside = (np.hypot(x, y) <= 1) | (kind == "EQUIRECTANGULAR")
     if kind == "FISHEYE_EQUISOLID":
         inside = np.hypot(15 * x, 10 * y) <= 20 * math.sin(0.75)
@@ -212,6 +198,30 @@ def test_panoramas_look_where_they_say(device: Device, kind: str) -> None:
     assert (images["Depth"][~inside] == NO_DEPTH).all()
     assert (images["Combined"][~inside] == (0, 0, 0, 1)).all()
     assert images["Indirect"][inside, 0].mean() == pytest.approx(0.5 / math.pi, rel=0.02)
+
+
+@pytest.mark.parametrize("lens", [None, Lens(0.2, 1.0)])
+def test_how_wide_a_panorama_sees_a_pixel(
+    device: Device, monkeypatch: pytest.MonkeyPatch, lens: Lens | None
+) -> None:
+    """By the middles of two, whatever the seed, the filter, the first pass or the lens."""
+    found: list[float] = []
+    footprint = EyeCamera.footprint
+
+    def noted(self: EyeCamera) -> Any:
+        found.append(footprint(self)[0])
+        return footprint(self)
+
+    monkeypatch.setattr(EyeCamera, "footprint", noted)
+    parameters, _ = PANORAMAS["EQUIRECTANGULAR"]
+    view = Camera(
+        "EQUIRECTANGULAR", np.eye(4), (0.0, 1.0, 0.0, 1.0), parameters=parameters, lens=lens
+    )
+    scene = replace(closed_sphere(0.5), camera=view)
+    for seed, name in ((0, "box"), (1, "gauss"), (2, "blackman_harris")):
+        film = {"pixel_filter": name, "pixel_width": 2.0, "seed": seed, "first_pass": 3 * seed}
+        render(device, scene, width=64, height=32, photons=1000, **film)
+    np.testing.assert_allclose(found, 2.0 * math.pi / 64.0, rtol=0.01)
 
 
 def test_cameras_turn_evenly() -> None:

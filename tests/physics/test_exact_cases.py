@@ -10,11 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.photon.eye.samples import pixel_jitter
 from addon.photon.scene import Scene
-from addon.photon.settings import Settings
 from addon.streams import Device
-from tests.measure import over_seeds, relative_bound, render
+from tests.measure import MIDDLES, over_seeds, relative_bound, render
 from tests.scenes import (
     DIM,
     UNIT_INTENSITY,
@@ -290,9 +288,8 @@ def test_case_9_spot_over_a_plane(device: Device, measured: Measured, blend: flo
     view = orthographic((0, 0, 1), (1, 0, 0), (0, 1, 0), 4.0)
     floor = Builder().quad((-3, -3, 0), (3, -3, 0), (3, 3, 0), (-3, 3, 0))
     scene = floor.scene(view, [light], [plain_material("white", (0.8,) * 3)])
-    image = render(device, scene, photons=0, width=n, height=n)["Direct"][..., 0]
-    jx, jy = pixel_jitter(Settings(), 0)
-    x, y = np.meshgrid((np.arange(n) + jx) / n * 4 - 2, (np.arange(n) + jy) / n * 4 - 2)
+    image = render(device, scene, photons=0, width=n, height=n, **MIDDLES)["Direct"][..., 0]
+    x, y = np.meshgrid(*[(np.arange(n) + 0.5) / n * 4 - 2] * 2)
     d2 = x * x + y * y + height * height
     cosine = height / np.sqrt(d2)
     edge = math.cos(size / 2)

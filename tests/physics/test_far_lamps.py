@@ -47,8 +47,11 @@ def test_a_lamp_far_from_small_things(
     means = []
     for lights in ((sun,), (lamp,), (sun, world), (lamp, world)):
         settings = {"photons": 20000, "passes": 16, "backend": backend}
-        indirect = images_of(device, small_things(*lights), **settings)["Indirect"]
-        means.append(indirect.mean(dtype=float))
+        of_seeds = [
+            images_of(device, small_things(*lights), seed=seed, **settings)["Indirect"]
+            for seed in range(3)
+        ]
+        means.append(np.median([indirect.mean(dtype=float) for indirect in of_seeds]))
     noise = 0.05 if distance < 100.0 else 0.12
     assert means[1] == pytest.approx(means[0], rel=noise)
     assert means[3] == pytest.approx(means[2], rel=noise)

@@ -13,7 +13,7 @@ from addon.photon.scene import Camera, Scene
 from addon.streams import Device
 from tests.flip import mean_flip
 from tests.measure import SEEDS, T_95, render
-from tests.scenes import cornell
+from tests.scenes import cornell, orthographic
 from tests.stability.table import Measured
 
 PARTS = ("Direct", "Indirect", "Mirror")
@@ -121,6 +121,29 @@ def test_case_10_splats_near_and_behind_the_camera(device: Device, measured: Mea
         gather = render(device, scene, estimator="gather", **settings)["Indirect"]
         error = np.abs(splat - gather).max() / gather.max()
         assert measured("differs from gather by", error) <= 1e-4, shape
+
+
+@pytest.mark.parametrize("flat", [False, True], ids=["perspective", "orthographic"])
+@pytest.mark.parametrize(
+    "film", [{}, {"pixel_filter": "blackman_harris", "pixel_width": 6.0}], ids=["box", "wide"]
+)
+def test_case_10_splats_reach_beside_pixels(
+    device: Device, film: dict[str, Any], flat: bool
+) -> None:
+    """Discs narrower than a pixel, visible points some pixels beside theirs, of a part of a frame
+    whose pixels are no squares."""
+    scene = cornell()
+    if flat:
+        middle = scene.camera.matrix[:3, 3] + np.array((0.0, 1.0, 0.0))
+        view = orthographic(middle, (1, 0, 0), (0, 0, 1), 8.0)
+        scene = replace(scene, camera=view)
+    settings: dict[str, Any] = {"width": 48, "height": 16, "region": (7, 3, 40, 15), **film}
+    settings |= {"radius": 0.05, "photons": 30000, "first_pass": 1, "passes": 2}
+    gather = render(device, scene, estimator="gather", **settings)["Indirect"]
+    assert (gather > 0).mean() > 0.1
+    for shape in ("quad", "point"):
+        splat = render(device, scene, estimator="splat", splat_shape=shape, **settings)["Indirect"]
+        assert np.abs(splat - gather).max() <= 1e-4 * gather.max(), shape
 
 
 def test_case_10_one_pass_of_2n_is_two_of_n(device: Device) -> None:

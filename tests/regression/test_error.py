@@ -4,8 +4,7 @@
 The rooms' references are our own, from make_room_references.py: two halves of independent noise,
 so that it cancels in mean((x - a) (x - b)). Those of blend_scenes are Cycles'. One rule for all:
 nothing is tuned to a scene. Errors are those of the chart's strict relMSE. The rooms' are root mean
-squares over the seeds: a picture's first passes may all be unlucky, for its pixels share one
-sequence of places within the pixel.
+squares over the seeds.
 """
 
 from __future__ import annotations

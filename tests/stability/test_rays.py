@@ -13,14 +13,12 @@ import numpy as np
 import photon_stream_native as native
 import pytest
 
-from addon.photon.eye.samples import pixel_jitter
 from addon.photon.kernels.tracer import Tracer
 from addon.photon.scene import Scene
-from addon.photon.settings import Settings
 from addon.streams import Device
 from tests.flip import mean_flip
 from tests.kernels.conftest import Bench
-from tests.measure import fallen, not_finite, render, render_clean, rendered
+from tests.measure import MIDDLES, fallen, not_finite, render, render_clean, rendered
 from tests.scenes import (
     GREY,
     Builder,
@@ -153,9 +151,9 @@ def test_contact_shadow(device: Device, measured: Measured) -> None:
         [plain_light("light", "POINT", tuple(light), (100.0,) * 3)],
         [GREY],
     )
-    found = render(device, scene, photons=0, width=n, height=n)["Direct"][..., 0] == 0
-    jx, jy = pixel_jitter(Settings(), 0)
-    x, y = np.meshgrid((np.arange(n) + jx) / n * size - 1.5, (np.arange(n) + jy) / n * size - 2)
+    found = render(device, scene, photons=0, width=n, height=n, **MIDDLES)["Direct"][..., 0] == 0
+    middles = (np.arange(n) + 0.5) / n * size
+    x, y = np.meshgrid(middles - 1.5, middles - 2)
     p = np.stack([x, y, np.zeros_like(x)], -1)
     with np.errstate(divide="ignore"):
         near, far = ((np.array(c) - p) / (light - p) for c in ((-0.5, -0.5, 0), (0.5, 0.5, 1)))

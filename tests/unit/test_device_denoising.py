@@ -73,7 +73,7 @@ def test_as_the_host_does(renderer: Renderer, features_first: bool) -> None:
             assert error.bias == pytest.approx(true.bias, rel=1e-4)
     np.testing.assert_allclose(error.image, true.image, rtol=2e-3, atol=1e-4 * true.image.max())
     plain = renderer._resolver.resolve(["Combined"])[0]["Combined"]
-    assert np.abs(plain - ours["Combined"]).max() > 0.01 * plain.max()
+    assert np.abs(plain - ours["Combined"]).max() > 0.1 * plain.mean()
 
 
 def test_of_several_strips(

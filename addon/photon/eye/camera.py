@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -14,12 +15,12 @@ from ..kernels.eye_rays import EyeRays
 from ..kernels.records import PIXEL, RAY_DIRECTION, RAY_ORIGIN
 from ..photons.splats import Projection
 from ..scene import Scene
-from ..settings import Region, Settings
+from ..settings import Region, Settings, pixel_filter_define
 from ..stage.geometry import Frame
 from ..stage.kinds import camera_kinds
 from ..stage.movement import part_of_turn
 from ..stage.needs import SceneNeeds
-from .samples import instant, pixel_jitter
+from .instants import instant
 
 _FAR = 1.0e36  # clip distances beyond float32's use, and less than glsl/lib/reach.glsl's
 _SHARP = 1.0e15  # squares of focus distances beyond it are no float32
@@ -39,7 +40,8 @@ class EyeCamera:
     ) -> None:
         camera = scene.camera
         self._device, self._camera, self._settings = device, camera, settings
-        self.kernel = EyeRays(device, layer, needs.camera_defines, made=needs.made)
+        defines = {**needs.camera_defines, **pixel_filter_define(settings)}
+        self.kernel = EyeRays(device, layer, defines, made=needs.made)
         self._matrix = np.array(camera.matrix, np.float64)
         self._matrix[:3, 3] = frame.points(self._matrix[:3, 3])
         if camera.motion:
@@ -52,13 +54,15 @@ class EyeCamera:
         self._uniforms: dict[str, Any] = {
             "camera_parameters": (*numbers, 0.0, 0.0, 0.0, 0.0)[:4],
             "clip": tuple(min(c / frame.scale, _FAR) for c in (camera.clip_start, camera.clip_end)),
+            "frame_size": (settings.width, settings.height),
+            "pixel_filter_width": settings.pixel_filter_width,
+            "seed": settings.seed,
         }
         if lens := camera.lens:
             self._uniforms |= {
                 "lens": (lens.radius / frame.scale, lens.rotation, 1.0 / lens.ratio),
                 "focus": min(lens.focus / frame.scale, _SHARP),
                 "blades": lens.blades,
-                "seed": settings.seed,
             }
 
     def send(
@@ -66,33 +70,29 @@ class EyeCamera:
     ) -> Projection:
         """Send one ray of a pass through each pixel of a region; where points project then."""
         settings = self._settings
-        matrix, window = self._at(index)
         x0, y0, x1, y1 = region
-        jitter = pixel_jitter(settings, index)
-        self.kernel.run(
-            {"origin": origin, "direction": direction, "pixel": pixel},
-            uniforms=self._uniforms
-            | ({"pass_index": index} if self._camera.lens else {})
-            | {
-                "camera": _column_major(matrix),
-                "window": window,
-                "frame_size": (settings.width, settings.height),
-                "region_origin": (x0, y0),
-                "jitter": jitter,
-            },
-        )
-        # A pixel's centre on the screen is where its jittered ray went.
+        matrix, window = self._run(index, (x0, y0), (origin, direction, pixel))
         left, right, bottom, top = window
-        u0, v0 = x0 + jitter[0] - 0.5, y0 + jitter[1] - 0.5
         du, dv = (right - left) / settings.width, (top - bottom) / settings.height
-        window = (
-            left + u0 * du,
-            left + (u0 + x1 - x0) * du,
-            bottom + v0 * dv,
-            bottom + (v0 + y1 - y0) * dv,
-        )
+        window = left + x0 * du, left + x1 * du, bottom + y0 * dv, bottom + y1 * dv
+        spread = settings.pixel_filter_reach * du, settings.pixel_filter_reach * dv
         world_to_camera = _column_major(np.linalg.inv(matrix))
-        return Projection(world_to_camera, window, self._is_orthographic)
+        return Projection(world_to_camera, window, spread, self._is_orthographic)
+
+    def _run(
+        self, index: int, at: tuple[int, int], rays: Sequence[Stream], **changed: Any
+    ) -> tuple[NDArray[np.float64], tuple[float, ...]]:
+        """Send rays through the pixels from one on; where the camera is then, and its window."""
+        matrix, window = self._at(index)
+        uniforms = {
+            "camera": _column_major(matrix),
+            "window": window,
+            "region_origin": at,
+            "pass_index": index,
+        }
+        streams = dict(zip(("origin", "direction", "pixel"), rays, strict=True))
+        self.kernel.run(streams, uniforms=self._uniforms | uniforms | changed)
+        return matrix, window
 
     def footprint(self) -> tuple[float, list[float] | None]:
         """How wide a pixel is at distance 1 from the eye, or everywhere and None [scene units]."""
@@ -139,7 +139,9 @@ class EyeCamera:
         rays = [Stream(self._device, record, (2, 1)) for record in records]
         for ray in rays:
             ray.clear()
-        self.send(self._settings.first_pass, (x, y, x + 2, y + 1), *rays)
+        # Through the middles of both, and of the lens.
+        sharp = {"lens": (0.0, 0.0, 1.0)} if self._camera.lens else {}
+        self._run(0, (x, y), rays, pixel_filter_width=0.0, **sharp)
         first, second = rays[1].download()[0, :, :3].astype(np.float64)
         for ray in rays:
             ray.release()

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from ...streams import Kernel, Uniform, When
+from ..settings import PIXEL_FILTER_DEFINES
 from .records import PIXEL, RAY_DIRECTION, RAY_ORIGIN
 
 
@@ -7,7 +8,7 @@ class EyeRays(Kernel):
     """Send one ray through each pixel of a region of the frame, and a point of the LENS."""
 
     stem = "eye_rays"
-    structure = ("LENS",)
+    structure = ("LENS", *PIXEL_FILTER_DEFINES)
     outputs = {"origin": RAY_ORIGIN, "direction": RAY_DIRECTION, "pixel": PIXEL}
     uniforms = {
         "camera": Uniform("mat4"),
@@ -16,10 +17,10 @@ class EyeRays(Kernel):
         "clip": Uniform("vec2"),
         "frame_size": Uniform("ivec2"),
         "region_origin": Uniform("ivec2"),
-        "jitter": Uniform("vec2"),
+        "pixel_filter_width": Uniform("float"),
+        "seed": Uniform("uint"),
+        "pass_index": Uniform("uint"),
         "lens": When("LENS", Uniform("vec3")),  # radius, rotation, width over height
         "focus": When("LENS", Uniform("float")),
         "blades": When("LENS", Uniform("int")),
-        "seed": When("LENS", Uniform("uint")),
-        "pass_index": When("LENS", Uniform("uint")),
     }

@@ -23,6 +23,7 @@ class Splat(DrawKernel):
     uniforms = {
         "world_to_camera": Uniform("mat4"),
         "window": Uniform("vec4"),
+        "spread": Uniform("vec2"),
         "field_is_even": Uniform("bool"),
         "orthographic": Uniform("bool"),
     } | radius_field.UNIFORMS

@@ -22,6 +22,7 @@ class Projection:
 
     world_to_camera: tuple[float, ...]  # column-major, scene units
     window: tuple[float, float, float, float]  # (left, right, bottom, top) of the streams' pixels
+    spread: tuple[float, float]  # how far eye rays may pass from pixels' middles, likewise
     orthographic: bool
 
 
@@ -64,6 +65,7 @@ class Splats:
             {
                 "world_to_camera": projection.world_to_camera,
                 "window": projection.window,
+                "spread": projection.spread,
                 "field_is_even": self._radii.field.is_even,
                 "orthographic": projection.orthographic,
             }
