@@ -6,23 +6,24 @@
 
 const uint FIRST_DIGITS = 0xf8000000u;  // of the first pass's place in a pixel that are the middle's
 
-uvec4 scrambled(uvec4 bits, uvec4 keys) {
+uvec4 owen_scrambled(uvec4 bits, uvec4 keys) {
     return uvec4(shuffled(bits.x, keys.x), shuffled(bits.y, keys.y), shuffled(bits.z, keys.z), shuffled(bits.w, keys.w));
 }
 
 // A pass's place in a pixel, and on a lens, in (0, 1)^4. Those of a half of the passes are Sobol's sequence, scrambled by
 // Owen's way (Burley 2020): of each 2^k from a multiple on one is in each of 2^k equal parts of the pixel, however halving
 // cuts these. The very first is about the middle, as in Cycles: depths are its, and edges are off by half as much there. Not
-// in the middle: rays through edges of triangles meet either.
+// in the middle: rays through edges of triangles meet either. So another pass of its half, by itself, may only be where that
+// one leaves places free: of the first N the filter is off by less than one of them.
 vec4 place_in_pixel(uint seed, uint pass_index, uint pixel) {
     PassOfHalf own = pass_of_half(pass_index);
     uvec4 keys = random_bits(seed, EVEN_TOGETHER + own.which, pixel, DIMENSION_PIXEL);
     // Of a key the lowest bit decides most, which pcg4d mixes least; the highest decides next to nothing.
     keys = uvec4(mix_bits(keys.x), mix_bits(keys.y), mix_bits(keys.z), mix_bits(keys.w));
-    uvec4 bits = scrambled(sobol4(own.number), keys);
+    uvec4 bits = owen_scrambled(sobol4(own.number), keys);
     if (own.which == 0u) {
         // To move all by digits, and to turn them round, keeps them as even.
-        bits.xy ^= (scrambled(uvec4(0u), keys).xy ^ (1u << 31u)) & FIRST_DIGITS;
+        bits.xy ^= (owen_scrambled(uvec4(0u), keys).xy ^ (1u << 31u)) & FIRST_DIGITS;
         bits.xy ^= (keys.xy >> 31u) * 0xffffffffu;
     }
     return (vec4(bits >> 9u) + 0.5) * (1.0 / 8388608.0);  // exact in float32, never 0 or 1
@@ -63,7 +64,7 @@ float pixel_filter_offset(float drawn) {
     // Newton's method on logarithms: the window goes by powers of x. Twice, to 2e-4 at worst, 6e-7 in the mean.
     for (int i = 0; i < 2; i++) {
         vec2 found = blackman_harris(x);
-        x = min(1.0, x * pow(below / found.x, found.x / (x * found.y)));
+        x = min(1.0, x * pow(below / max(found.x, 1e-9), found.x / (x * found.y)));
     }
     return drawn < 0.5 ? x - 1.0 : 1.0 - x;
 }

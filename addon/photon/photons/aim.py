@@ -40,6 +40,7 @@ FIRST_PHOTONS, MOST_FIRST = 4096, 16384  # of each group of lights, and of all a
 # Then, where it may be worth it, of all, twice: each time by the importance found before.
 PHOTONS = (1 << 16, 1 << 16)
 PORTAL_PASS = LEARNING_PASS + 8  # and the next two: of photons that look for portals
+RARE_PASS = LEARNING_PASS + 12  # of photons that tell whether any land
 WIDE = 2.5  # how much wider cells are for the first photons
 # Where half of what is seen has no photon, more look for it: of light from afar at all distances.
 ENOUGH_KNOWN = 0.5
@@ -55,7 +56,6 @@ OUTSHINES = 16.0
 # Photons of a near light start at once by what the picture shows, where few reach that: passes that
 # tell where.
 TOWARD_PASS = LEARNING_PASS + 16
-RARE_PASS = LEARNING_PASS + 12  # of photons that tell whether any land
 # Where a pass's photons land less often than this, for they leave the scene, all passes know.
 FEW_LAND = 0.1
 # From surfaces that emit half of them go to the box about what is shown; and those of a light of
@@ -102,12 +102,13 @@ class Aiming:
         tables.set_photon_portals(NO_PORTALS)
         self._seeks = sees_no_lamp(mesh, tables, eye)
         self._is_outside = tables.distant_lights > 0
-        self._is_rare = self._has_asked = False
+        self._is_rare = False
         fluxes = [tables.by_flux[group].sum() for group in tables.light_groups]
         outshone = bool(fluxes) and max(fluxes) > OUTSHINES * min(fluxes)
         late = 1 if len(fluxes) > 1 else PASSES_OF_ONE
         at_once = at_once or outshone or tables.distant_lights > 0 or self._seeks
         self._first = 0 if at_once else late  # pass that knows
+        self._knows_at_once = at_once  # before any photon of pass 0 tells
         self._use(self._plain)
 
     def knows(self, index: int) -> bool:
@@ -154,8 +155,8 @@ class Aiming:
         tables = self._tables
         if not len(view.places):
             return self._plain
-        if not self._has_asked:
-            self._is_rare, self._has_asked = self._is_rare or self._land_rarely(), True
+        if self._knows_at_once:
+            self._is_rare = self._land_rarely()
         with ThreadPoolExecutor(1) as thread:  # while the host waits for photons
             if tables.has_world:
                 passed = tables.transparent | tables.clear  # by shadow rays to it
@@ -170,7 +171,7 @@ class Aiming:
         tables.set_photon_portals(NO_PORTALS)
         self._is_small = self._is_outside and is_small(view)
         self._propose(view)
-        if self._is_small and not self._is_rare:
+        if self._is_small:
             self._use(self._by_proposals())
             self._surrounded = surrounded(self._mapper, view, self._mesh, PORTAL_PASS)
             if self._surrounded:
@@ -178,6 +179,8 @@ class Aiming:
                 self._propose(view)
         starts = self._starts(view)
         if self._is_rare and _uses_no_portal(tables, starts):
+            self._surrounded = None
+            self._propose(view)
             tables.set_photon_portals(faces_about(view), around=True)
             starts = self._starts(view)
         if self._seeks:
@@ -186,14 +189,15 @@ class Aiming:
         return starts
 
     def _land_rarely(self) -> bool:
-        """Whether photons of surfaces that emit, if most are, land so seldom by flux alone."""
+        """Whether most photons are of surfaces that emit, of whose own so few fall on anything."""
         tables = self._tables
         if not _uses_no_portal(tables, self._plain):
             return False
-        self._use(self._plain)
+        flux = np.where(_emit_by_cosine(tables), tables.by_flux, 0.0)
+        self._use(Starts(flux / flux.sum(), None))
         tables.set_photon_portals(NO_PORTALS)
         landed = trace_few(self._mapper, RARE_PASS, FIRST_PHOTONS)
-        return len(landed.places) < RARELY_LAND * FIRST_PHOTONS
+        return len(np.unique(landed.numbers)) < RARELY_LAND * FIRST_PHOTONS
 
     def _starts(self, view: View) -> Starts:
         """By what first photons tell, and by more where it may be worth it."""
@@ -329,7 +333,13 @@ class Aiming:
 
 def _uses_no_portal(tables: Tables, starts: Starts) -> bool:
     """Whether most photons leave surfaces by the cosine, from lights that none are aimed from."""
-    kinds = {kind.number for kind in light_kinds().values() if kind.emits_by_cosine}
-    emits = np.isin(tables.lights["kind"], [*kinds])
+    emits = _emit_by_cosine(tables)
     emits[list(starts.aims.by_light if starts.aims else ())] = False
     return bool(tables.by_flux[emits].sum() > 0.5 * tables.by_flux.sum())
+
+
+def _emit_by_cosine(tables: Tables) -> NDArray[np.bool_]:
+    """Of each light, whether photons leave it as they leave surfaces."""
+    kinds = {kind.number for kind in light_kinds().values() if kind.emits_by_cosine}
+    found: NDArray[np.bool_] = np.isin(tables.lights["kind"], [*kinds])
+    return found

@@ -73,7 +73,7 @@ def shape_of(material: Material) -> Shape:
     """That of a material's program."""
     varying = material.varying, *(lobe.varying for lobe in material.lobes)
     asked = sorted({result.instruction for each in varying for result in each.values()})
-    return Shape(tuple(map(_bare, material.program)), tuple(asked))
+    return Shape(_bare_program(material.program), tuple(asked))
 
 
 def straight_code(
@@ -247,6 +247,11 @@ def _chosen(by_shape: dict[int, str]) -> str:
         where = " || ".join(f"shape == {number}" for number in numbers)
         chosen = f"({where} ? {text} : {chosen})"
     return chosen
+
+
+@lru_cache(maxsize=256)
+def _bare_program(program: Program) -> Program:
+    return tuple(map(_bare, program))
 
 
 def _bare(instruction: Instruction) -> Instruction:
