@@ -209,8 +209,9 @@ def test_how_wide_a_panorama_sees_a_pixel(
     footprint = EyeCamera.footprint
 
     def noted(self: EyeCamera) -> Any:
-        found.append(footprint(self)[0])
-        return footprint(self)
+        width, eye = footprint(self)
+        found.append(width)
+        return width, eye
 
     monkeypatch.setattr(EyeCamera, "footprint", noted)
     parameters, _ = PANORAMAS["EQUIRECTANGULAR"]

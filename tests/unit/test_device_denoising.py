@@ -33,7 +33,7 @@ from tests.unit.test_denoiser import needs_it
 
 pytestmark = needs_it
 # Wider than high, and not whole work groups; few photons, so that all of it is mixed.
-SETTINGS = Settings(width=43, height=29, photons=2000, passes=9, seed=4, denoise=True)
+SETTINGS = Settings(width=43, height=29, photons=2000, passes=9, seed=5, denoise=True)
 
 
 @pytest.fixture(params=[False, True], ids=["", "bulb"])
@@ -73,7 +73,7 @@ def test_as_the_host_does(renderer: Renderer, features_first: bool) -> None:
             assert error.bias == pytest.approx(true.bias, rel=1e-4)
     np.testing.assert_allclose(error.image, true.image, rtol=2e-3, atol=1e-4 * true.image.max())
     plain = renderer._resolver.resolve(["Combined"])[0]["Combined"]
-    assert np.abs(plain - ours["Combined"]).max() > 0.1 * plain.mean()
+    assert np.abs(plain - ours["Combined"]).max() > 0.01 * plain.max()
 
 
 def test_of_several_strips(

@@ -69,7 +69,7 @@ class AccumulateBatches(Kernel):
 def in_first_half(number: int) -> bool:
     """Whether a film's pass `number`, from 0, counts to the first of two halves, which tell what
     denoising does: by the sequence of Thue and Morse, of pairs of passes. Numbers are even over the
-    passes of each half alone (even_passes of glsl/lib/rng.glsl)."""
+    passes of each half alone (pass_of_half of glsl/lib/rng.glsl)."""
     return (number if number < FOUR else number // PAIR).bit_count() % 2 == 0
 
 
