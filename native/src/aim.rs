@@ -25,6 +25,8 @@ const MOST_BOXES: usize = 1024;
 const MOST_DEPTH: u32 = 96;
 /// No half of a box is less likely: each halving takes digits of the numbers.
 const LEAST_SHARE: f64 = 1.0 / 4096.0;
+/// A thread takes no fewer photons.
+const FEW: usize = 1024;
 
 /// AimNode of layouts.rs: the axis that it is halved along, the probability of the lower half, where both
 /// halves are, the lower one first; or 0, if it is not halved.
@@ -73,7 +75,7 @@ pub fn aimed_photons(
     let of_one = |(&photon, &numbers): (&u32, &Numbers)| {
         aimed(nodes, root, numbers, rest_of(seed, pass_index, photon))
     };
-    photons.iter().zip(numbers).map(of_one).unzip()
+    photons.par_iter().zip(numbers).with_min_len(FEW).map(of_one).unzip()
 }
 
 /// The pdf of numbers by a tree; without one it is 1.
@@ -92,7 +94,7 @@ pub fn pdf(nodes: &[Node], numbers: &[Numbers]) -> Vec<f32> {
         }
         pdf
     };
-    numbers.iter().map(of_one).collect()
+    numbers.par_iter().with_min_len(FEW).map(of_one).collect()
 }
 
 /// A box that may be split.
@@ -291,7 +293,7 @@ fn nodes_of(grown: &[Grown], least: f64) -> Vec<Node> {
 /// By which two numbers rays of a light afar, where they start and where to, start on a disc about a place, and how
 /// much larger it is than the one about the scene (glsl/lib/aim.glsl).
 pub fn discs_about(middle: Vector64, rays: &[[f64; 6]]) -> (Vec<[f32; 2]>, Vec<f64>) {
-    rays.par_iter().with_min_len(4096).map(|ray| disc_about(middle, ray)).unzip()
+    rays.par_iter().with_min_len(FEW).map(|ray| disc_about(middle, ray)).unzip()
 }
 
 fn disc_about(middle: Vector64, [ox, oy, oz, dx, dy, dz]: &[f64; 6]) -> ([f32; 2], f64) {

@@ -91,23 +91,6 @@ impl Table {
     }
 }
 
-/// Which of all cells each is, in the order in which they first appear, and how many there are.
-pub fn numbered(cells: &[i64]) -> (Vec<u32>, u32) {
-    let mut table = Table::for_so_many(cells.len());
-    let mut count = 0;
-    let mut number_of = |&cell: &i64| {
-        let (slot, number) = table.find(cell);
-        if number != NONE {
-            return number;
-        }
-        table.slots[slot] = (cell, count);
-        count += 1;
-        count - 1
-    };
-    let numbers = cells.iter().map(&mut number_of).collect();
-    (numbers, count)
-}
-
 /// Where each of cells is among others, which differ; -1: it is none of these.
 pub fn among(others: &[i64], cells: &[i64]) -> Vec<i32> {
     let mut table = Table::for_so_many(others.len());
@@ -142,13 +125,10 @@ mod tests {
     }
 
     #[test]
-    fn numbers_by_appearance() {
-        let (numbers, count) = numbered(&[5, -3, 5, 0, i64::MIN, 0, -3]);
-        assert_eq!((numbers, count), (vec![0, 1, 0, 2, 3, 2, 1], 4));
-        assert_eq!(numbered(&[]), (vec![], 0));
+    fn places_among_cells() {
         assert_eq!(among(&[5, -3, 0], &[0, 4, -3, i64::MIN, 5]), [2, -1, 1, -1, 0]);
         assert_eq!(among(&[], &[0, 7]), [-1, -1]);
-        let many: Vec<i64> = (0..1000).map(|k| k / 2).collect();
-        assert_eq!(numbered(&many).1, 500);
+        let many: Vec<i64> = (0..1000).map(|k| k * 7 - 500).collect();
+        assert_eq!(among(&many, &many), (0..1000).collect::<Vec<i32>>());
     }
 }

@@ -46,7 +46,7 @@ WIDE = 2.5  # how much wider cells are for the first photons
 ENOUGH_KNOWN = 0.5
 # A light that leaves more of the variance than this shall be told of by enough photons.
 MUCH = 0.1
-PROMISING = 1.3  # over the variance without; by a half of the first photons, of the other half
+PROMISING = 1.3  # over the variance without; by a half of the photons, of the other half
 # Where less is gained photons start by flux alone, whatever the view: so they serve the next one.
 LEAST_GAIN_OF_SHARES = 2.0
 LEAST_GAIN = 1.5
@@ -257,8 +257,12 @@ class Aiming:
         return starts if gain >= LEAST_GAIN_OF_SHARES else self._plain
 
     def _promises(self, importance: Importance, view: View) -> bool:
-        """Whether what half of the photons tell is worth it to the others."""
-        one, other = importance.part(np.s_[::2]), importance.part(np.s_[1::2])
+        """Whether what either half of the photons tells is worth it to the other."""
+        halves = importance.part(np.s_[::2]), importance.part(np.s_[1::2])
+        return any(self._is_worth_it(one, other, view) for one, other in (halves, halves[::-1]))
+
+    def _is_worth_it(self, one: Importance, other: Importance, view: View) -> bool:
+        """Whether photons aimed by some leave others less variance."""
         tables = self._tables
         by_one = self._by(one, view)
         if by_one.aims is None:
@@ -271,7 +275,7 @@ class Aiming:
         """Whether too few photons of a light tell where others shall start, though they leave much
         of the variance."""
         tables, count = self._tables, len(self._tables.by_flux)
-        told = np.bincount(importance.light, importance.mass > 0.0, count)
+        told = np.bincount(importance.light, minlength=count)
         moments = np.bincount(importance.light, importance.mass, count)
         left = np.divide(moments, tables.by_flux, out=np.zeros(count), where=tables.by_flux > 0.0)
         lone = [int(group[0]) for group in tables.light_groups if len(group) == 1]
@@ -288,7 +292,7 @@ class Aiming:
         tables, count = self._tables, len(self._tables.by_flux)
         counted = np.zeros(count)
         if importance:
-            counted += np.bincount(importance.light, importance.mass > 0.0, count)
+            counted += np.bincount(importance.light, minlength=count)
         groups = tables.light_groups
         least = RARELY_LAND * self._first_photons / max(len(groups), 1)
         near = (group for group in groups if group[0] >= tables.distant_lights)

@@ -25,7 +25,7 @@ OF_PASS = 0xFFFFFFFF  # the element whose numbers are a pass's
 
 @dataclass(frozen=True)
 class Importance:
-    """Photons that landed, how each started, and what it counts for (mass)."""
+    """Photons that count, how each started, and what it counts for (mass)."""
 
     light: NDArray[np.int64]  # (n,) that each started at
     numbers: NDArray[np.float32]  # (n, 4) in [0, 1) that it started by
@@ -45,8 +45,8 @@ class Importance:
         return self._by_light[light]
 
     def counted(self, light: int) -> int:
-        """How many of a light's count for something."""
-        return int(np.count_nonzero(self.of(light).mass))
+        """How many are of a light."""
+        return len(self.of(light).mass)
 
     def about(self, middle: Doubles) -> tuple[NDArray[np.float32], Doubles]:
         """The numbers (n, 4) by which photons of a light afar start about a middle, and how much
@@ -80,23 +80,21 @@ def importance_of(
     photon that brings a share of the cell's flux tells the share's square. Direct light, which has
     no such noise, is part of that flux.
     """
-    landed = trace_few(mapper, index, photons)
-    places, flux, first = landed.places, landed.flux, 0 if direct_by_photons else landed.first
-    if first == len(places):
-        return None
-    cell, count = native.numbered_cells(view.cells(np.concatenate([view.shown, places]), wide))
-    shown, direct, own = np.split(cell, np.cumsum([len(view.places), first]))
-    seen = np.bincount(shown, view.weights, count)
-    total = np.bincount(own, flux[first:], count)
-    direct_total = np.bincount(direct, flux[:first], count)
-    flux, total = flux[first:], total + np.minimum(direct_total, OUTSHONE * total)
-    known = (seen > 0.0) & (total > 0.0)
+    landed, shown = trace_few(mapper, index, photons), view.in_cells(wide)
+    cell, count = shown.at(landed.places), len(shown.numbers)
+    there = np.flatnonzero(cell >= 0)
+    first = 0 if direct_by_photons else landed.first
+    direct, rows = np.split(there, [np.searchsorted(there, first)])
+    own, flux = cell[rows], landed.flux[rows]
+    total = np.bincount(own, flux, count)
+    direct_total = np.bincount(cell[direct], landed.flux[direct], count)
+    total = total + np.minimum(direct_total, OUTSHONE * total)
+    known = (shown.seen > 0.0) & (total > 0.0)
     if not known.any():
         return None
-    importance = np.where(known, seen / np.where(known, total, 1.0) ** 2, 0.0)
-    photon = landed.numbers[first:]
-    mass = np.bincount(photon, importance[own] * flux**2, photons)
-    number = np.flatnonzero(np.bincount(photon, minlength=photons)).astype(np.uint32)
+    importance = np.divide(shown.seen, total**2, out=np.zeros(count), where=known)
+    mass = np.bincount(landed.numbers[rows], importance[own] * flux**2, photons)
+    number = np.flatnonzero(mass).astype(np.uint32)
     mass = mass[number]
     light = lights_of(tables, number, seed, index, photons)
     numbers, weight = numbers_of(tables, light, number, seed, index)
@@ -106,7 +104,8 @@ def importance_of(
     if tables.distant_lights:
         rays = mapper.rays(index, photons)[number].astype(np.float64)
         weight = weight * _widened(tables, light, rays)
-    return Importance(light, numbers, rays, mass / weight, float(seen[known].sum() / seen.sum()))
+    told = float(shown.seen[known].sum() / shown.seen.sum())
+    return Importance(light, numbers, rays, mass / weight, told)
 
 
 def lights_of(

@@ -22,7 +22,7 @@ from ..stage.tables import Tables
 from .landed import Landed, trace_few
 from .mapper import Mapper
 from .portals import LIFT, NO_PORTALS, sphere
-from .view import Doubles, View
+from .view import Doubles, Shown, View
 
 AROUND = 256  # rays from the eye
 MOST_ASKED = 8  # lamps, the strongest
@@ -61,8 +61,8 @@ def portals_by(mapper: Mapper, tables: Tables, view: View, index: int) -> NDArra
 
     Paths tell where portals are best that were found by first ones, of which there are few.
     """
-    shown = _Shown.of(view)
-    plain = landed = _landed(mapper, index, view, shown)
+    shown = view.in_cells(WIDE, by_side=True)
+    plain = landed = _landed(mapper, index, shown)
     totals = _totals([plain], shown)
     if not _is_promising(plain, totals):
         return NO_PORTALS
@@ -72,7 +72,7 @@ def portals_by(mapper: Mapper, tables: Tables, view: View, index: int) -> NDArra
         if not len(portals):
             break
         tables.set_photon_portals(portals)
-        landed = _landed(mapper, index + at + 1, view, shown)
+        landed = _landed(mapper, index + at + 1, shown)
         totals = _totals([plain, landed], shown)
         # Photons take the longer the more often they land.
         left = _variance(landed, totals) / _variance(plain, totals)
@@ -80,22 +80,6 @@ def portals_by(mapper: Mapper, tables: Tables, view: View, index: int) -> NDArra
     tables.set_photon_portals(NO_PORTALS)
     left, portals = min(found, key=lambda one: one[0], default=(1.0, NO_PORTALS))
     return portals if left * LEAST_GAIN <= 1.0 else NO_PORTALS
-
-
-@dataclass(frozen=True)
-class _Shown:
-    """Cells of what the picture shows."""
-
-    cells: NDArray[np.int64]  # (c,) their numbers, in order
-    seen: Doubles  # (c,) how much is seen of each
-
-    @staticmethod
-    def of(view: View) -> _Shown:
-        """Of what rays of the eye tell."""
-        facing = native.pack_directions(view.normals.astype(np.float32))
-        cells, seen_in = np.unique(view.cells(view.shown, WIDE, facing), return_inverse=True)
-        seen: Doubles = np.bincount(seen_in, view.weights, len(cells)).astype(np.float64)
-        return _Shown(cells, seen)
 
 
 @dataclass(frozen=True)
@@ -107,20 +91,19 @@ class _Landed(Landed):
     shown: Doubles  # (k,) their flux
 
 
-def _landed(mapper: Mapper, index: int, view: View, shown: _Shown) -> _Landed:
+def _landed(mapper: Mapper, index: int, shown: Shown) -> _Landed:
     """Trace few photons of a pass."""
     found = trace_few(mapper, index, PHOTONS)
-    own = view.cells(found.places[found.first :], WIDE, found.facing[found.first :])
-    at = native.cells_among(shown.cells, own)
+    at = shown.at(found.places[found.first :], found.facing[found.first :])
     there = np.flatnonzero(at >= 0)
     rows = found.first + there
     return _Landed(**vars(found), rows=rows, at=at[there].astype(np.intp), shown=found.flux[rows])
 
 
-def _totals(passes: list[_Landed], shown: _Shown) -> Doubles:
+def _totals(passes: list[_Landed], shown: Shown) -> Doubles:
     """(c,) what the squares of fluxes in cells count, by the strict measure: by the mean of passes,
     as none knows of all that others bring."""
-    count, total = len(shown.cells), np.zeros(len(shown.cells))
+    count, total = len(shown.numbers), np.zeros(len(shown.numbers))
     for landed in passes:
         total += np.bincount(landed.at, landed.shown, count) / len(passes)
     dark = DARK * shown.seen * total.sum() / max(shown.seen.sum(), 1e-30)

@@ -111,7 +111,7 @@ def _aims_by(importance: Importance, tables: Tables, view: View, least: float) -
     for group in tables.light_groups:
         light = int(group[0])
         own = importance.of(light)
-        if len(group) > 1 or len(own.mass) < ENOUGH_PHOTONS or not own.mass.any():
+        if len(group) > 1 or len(own.mass) < ENOUGH_PHOTONS:
             continue
         middle, nearest = np.zeros(3), 1.0
         if light < tables.distant_lights:

@@ -48,7 +48,6 @@ fn photon_stream_native(module: &Bound<PyModule>) -> PyResult<()> {
         wrap_pyfunction!(aim::photon_portals, module)?,
         wrap_pyfunction!(aim::fit_window, module)?,
         wrap_pyfunction!(view::view_cells, module)?,
-        wrap_pyfunction!(view::numbered_cells, module)?,
         wrap_pyfunction!(view::cells_among, module)?,
         wrap_pyfunction!(view::pack_directions, module)?,
         wrap_pyfunction!(view::unpack_directions, module)?,

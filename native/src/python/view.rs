@@ -4,7 +4,7 @@
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
-use super::arrays::{F32Array, I32Array, I64Array, Rows, U32Array, array, new_matrix, rows};
+use super::arrays::{F32Array, I32Array, I64Array, Rows, array, new_matrix, rows};
 use super::run;
 use crate::packing::{pack_direction, unpack_direction_exactly};
 use crate::vector::Vector64;
@@ -28,18 +28,6 @@ pub(super) fn view_cells<'py>(
     let facing = facing.as_ref().map(|codes| codes.as_slice()).transpose()?;
     let cells = view::Cells { eye, width };
     Ok(PyArray1::from_vec(py, run(py, || Ok(cells.of(places, facing)))?))
-}
-
-/// Which of all each of cells int64[n] is, uint32[n], in the order in which they first appear, and how many there are.
-#[pyfunction]
-pub(super) fn numbered_cells<'py>(
-    py: Python<'py>,
-    cells: &Bound<'py, PyAny>,
-) -> PyResult<(U32Array<'py>, u32)> {
-    let cells = array::<i64>(cells, "cells", &[None])?;
-    let cells = cells.as_slice()?;
-    let (numbers, count) = run(py, || Ok(view::numbered(cells)))?;
-    Ok((PyArray1::from_vec(py, numbers), count))
 }
 
 /// Where each of cells int64[n] is among others int64[m], which differ: int32[n], -1 if it is none of these.
