@@ -200,11 +200,11 @@ def test_what_cannot_be_evaluated_is_named(scene, export, monkeypatch) -> None:
     tree = new_world(scene)
     sky = tree.nodes.new("ShaderNodeTexSky")
     sky.sky_type = "PREETHAM"
-    path = tree.nodes.new("ShaderNodeLightPath")
-    power = add_node(tree, "ShaderNodeGamma", Color=sky.outputs[0], Gamma=path.outputs["Ray Depth"])
+    seen = tree.nodes.new("ShaderNodeCameraData")
+    power = add_node(tree, "ShaderNodeGamma", Color=sky.outputs[0], Gamma=seen.outputs[1])
     finish(tree, add_node(tree, "ShaderNodeBackground", Color=power.outputs[0]))
     (entry,) = (e for e in export()[1].of("ignored") if "World" in e.object)
-    assert "Gamma" in entry.feature and "'Light Path'" in entry.detail
+    assert "Gamma" in entry.feature and "'Camera Data'" in entry.detail
     tree.links.remove(power.inputs["Gamma"].links[0])
     monkeypatch.setattr(world_nodes, "TIMEOUT", 1e-3)
     (entry,) = (e for e in export()[1].of("ignored") if "World" in e.object)

@@ -82,6 +82,22 @@ def test_a_ramp_by_light_path(scene: bpy.types.Scene, export: Callable) -> None:
     assert not exported.images
 
 
+def test_images_by_light_path(scene: bpy.types.Scene, export: Callable) -> None:
+    """Of a checker, which the camera alone sees squared: an image for each, and no more."""
+    tree = new_world(scene)
+    checker = add_node(tree, "ShaderNodeTexChecker", Color1=(0.5, 0.5, 0.5, 1), Color2=(0, 0, 0, 1))
+    power = add_node(tree, "ShaderNodeMath", Value=camera_ray(tree))
+    power.inputs[1].default_value = 1.0
+    root = add_node(tree, "ShaderNodeGamma", Color=checker.outputs[0], Gamma=power.outputs[0])
+    finish(tree, add_node(tree, BACKGROUND, Color=root.outputs[0]))
+    exported, report = export()
+    found = {x.found_by: exported.images[int(x.parameters["image"])] for x in exported.lights}
+    most = {who: float(image.pixels.max()) for who, image in found.items()}
+    assert most == {("camera",): pytest.approx(0.25), FOUND_BY[1:]: pytest.approx(0.5)}
+    (entry,) = (e for e in report.of("approximated") if "World" in e.object)
+    assert "Gamma" in entry.feature and "for each" in entry.detail
+
+
 def test_what_nodes_have_for_their_outputs(scene: bpy.types.Scene, export: Callable) -> None:
     """A colour, a number and a direction, which Blender evaluates with what differs."""
     tree = new_world(scene)

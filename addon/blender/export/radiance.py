@@ -15,6 +15,7 @@ from ...photon.scene import FOUND_BY
 from .environment import EnvironmentMap, read_environment_map
 from .graph import MAGENTA, Graph, colour_of, missing
 from .links import Scope, source
+from .made_nodes import made
 from .programs import Value
 from .report import Notes
 from .sky import Disc, has_disc, read_sky
@@ -101,7 +102,7 @@ def _shader(
     except _Uneven:
         pass
     try:
-        total.add_image(node.name, _evaluated(graph, node, output, scope), factor)
+        _evaluate(graph, node, output, scope, factor, total)
     except Unsuited as reason:
         label = f"{node.bl_label} '{node.name}'"
         graph.notes.ignored(graph.owner, label, f"black is used: {reason}")
@@ -127,7 +128,7 @@ def _colour(
             else:
                 total.colour += factor * _number(graph, socket, scope)
         except _Uneven:
-            total.add_image(node.name, _evaluated(graph, node, end, inner), factor)
+            _evaluate(graph, node, end, inner, factor, total)
     except Unsuited as reason:
         graph.notes.ignored(graph.owner, f"{node.bl_label} '{node.name}'", str(reason))
         total.colour += factor * colour_of(graph, socket, scope)
@@ -147,8 +148,9 @@ def _environment(
         return
     environment = read_environment_map(node, scope)
     if environment is None:
-        environment = _evaluated(graph, node, end, scope)
-    elif environment.is_finer:
+        _evaluate(graph, node, end, scope, factor, total)
+        return
+    if environment.is_finer:
         height, width = environment.pixels.shape[:2]
         how = f"{node.interpolation.lower()}: an image of {width} x {height} pixels stands for it"
         graph.notes.approximated(graph.owner, f"Interpolation of '{node.name}'", how)
@@ -236,7 +238,7 @@ def _told(graph: Graph, socket: bpy.types.NodeSocket, scope: Scope, at: int) -> 
         graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
     ) -> Value:
         told.add(output.name)
-        return Value.of(LIGHT_PATH.get(output.name, NOBODY)[at])
+        return Value.of(_path_tells(output.name, at))
 
     own = Notes()
     uneven = {kind: _uneven for kind in graph.readers if kind.startswith("TEX_")}
@@ -245,9 +247,7 @@ def _told(graph: Graph, socket: bpy.types.NodeSocket, scope: Scope, at: int) -> 
     found = one.value(socket, scope)
     if not found.is_constant or any(x.status != "exact" for x in own.finish().entries):
         raise _Uneven
-    for name in sorted(told - SAME_IN_CYCLES):
-        detail = "diffuse surfaces, lobes and the camera are told apart"
-        graph.notes.approximated(graph.owner, f"Light Path's {name}", detail)
+    _note_paths(graph, told)
     return found
 
 
@@ -259,17 +259,70 @@ def _constant(end: bpy.types.NodeSocket) -> NDArray[np.float64]:
     return np.array(value[:3], np.float64)
 
 
-def _evaluated(
-    graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
+def _evaluate(
+    graph: Graph,
+    node: bpy.types.Node,
+    output: bpy.types.NodeSocket,
+    scope: Scope,
+    factor: Factor,
+    total: Sum,
+) -> None:
+    """Add an image, or one for each of those that Light Path tells apart. Raises Unsuited before
+    anything is added."""
+    asked: set[str] = set()
+    made_by_told: dict[tuple[float, ...], tuple[EnvironmentMap, Factor]] = {}
+    for at in np.flatnonzero(np.broadcast_to(factor, ONE.shape).any(axis=1)):
+        told = tuple(_path_tells(name, at) for name in sorted(asked))
+        if told not in made_by_told:
+            image = _image_found_by(graph, node, output, scope, at, asked)
+            told = tuple(_path_tells(name, at) for name in sorted(asked))
+            made_by_told[told] = image, np.zeros_like(ONE)
+        made_by_told[told][1][at] = np.broadcast_to(factor, ONE.shape)[at]
+    for image, share in made_by_told.values():
+        total.add_image(node.name, image, share)
+    _note_paths(graph, asked)
+    height, width = image.pixels.shape[:2]
+    of_each = "" if len(made_by_told) == 1 else " for each that Light Path tells apart"
+    detail = f"an image of {width} x {height} pixels stands for it{of_each}"
+    graph.notes.approximated(graph.owner, f"{node.bl_label} '{node.name}'", detail)
+
+
+def _image_found_by(
+    graph: Graph,
+    node: bpy.types.Node,
+    output: bpy.types.NodeSocket,
+    scope: Scope,
+    at: int,
+    asked: set[str],
 ) -> EnvironmentMap:
+    """What nodes make of every direction for one of FOUND_BY; `asked`: with what they ask of Light
+    Path."""
     placed = placed_by(graph.context.camera)
+
+    def stand_in(
+        node: bpy.types.Node, output: bpy.types.NodeSocket | None
+    ) -> list[dict[str, Any]] | None:
+        if output is None or node.type != "LIGHT_PATH":
+            return placed(node, output)
+        asked.add(output.name)
+        told = {0: _path_tells(output.name, at), 1: 0.0}
+        return [made("ShaderNodeMath", values=told, operation="ADD")]
 
     def tell_negative() -> None:
         graph.notes.approximated(graph.owner, "Negative light", "0 is used")
 
     tell = graph.tell_absent
-    pixels = evaluate(node, output, scope, stand_in=placed, tell=tell, tell_negative=tell_negative)
-    height, width = pixels.shape[:2]
-    detail = f"an image of {width} x {height} pixels stands for it"
-    graph.notes.approximated(graph.owner, f"{node.bl_label} '{node.name}'", detail)
+    pixels = evaluate(
+        node, output, scope, stand_in=stand_in, tell=tell, tell_negative=tell_negative
+    )
     return EnvironmentMap(pixels, np.eye(3))
+
+
+def _path_tells(output: str, at: int) -> float:
+    return LIGHT_PATH.get(output, NOBODY)[at]
+
+
+def _note_paths(graph: Graph, asked: set[str]) -> None:
+    for name in sorted(asked - SAME_IN_CYCLES):
+        detail = "diffuse surfaces, lobes and the camera are told apart"
+        graph.notes.approximated(graph.owner, f"Light Path's {name}", detail)
