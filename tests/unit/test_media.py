@@ -45,9 +45,10 @@ def holding(medium: Medium) -> Material:
 
 
 def nested() -> Scene:
-    """A box of water, a ball of milk that reaches out of it, and a plate of the same water."""
+    """A box of water, a ball of milk that reaches out of it, and a tilted plate of the same water
+    between -5 and -3."""
     built = Builder().box((-2, -2, -2), (2, 2, 2), 0).sphere((2, 0, 0), 1.0, 1)
-    built.quad((-5, -5, -3), (5, -5, -3), (5, 5, -3), (-5, 5, -3), 2)
+    built.quad((-5, -5, -5), (5, -5, -5), (5, 5, -3), (-5, 5, -3), 2)
     return built.scene(VIEW, (), (holding(WATER), holding(MILK), holding(WATER)), air=SMOKE)
 
 
@@ -70,9 +71,11 @@ def test_numbers_are_those_of_the_glsl() -> None:
 
 
 def test_what_places_are_in() -> None:
-    """Air everywhere, what is open below its back alone, and what overlaps together."""
-    places = (-1, 0, 0), (1.5, 0, 0), (2.5, 0, 0), (4, 0, 0), (0, 0, -2.5), (0, 0, -3.5)
-    assert around(nested(), *places) == [{1, 2}, {1, 2, 3}, {1, 3}, {1}, {1}, {1, 4}]
+    """Air everywhere, what is open below its back alone and in its box, and what overlaps
+    together."""
+    places = (-1, 0, 0), (1.5, 0, 0), (2.5, 0, 0), (4, 0, 0)
+    assert around(nested(), *places) == [{1, 2}, {1, 2, 3}, {1, 3}, {1}]
+    assert around(nested(), (0, 0, -3.5), (0, 0, -4.5), (0, 0, -5.5)) == [{1}, {1, 4}, {1}]
     hidden = np.array([ALL_RAYS - RAY_BITS["camera"], ALL_RAYS, ALL_RAYS], np.uint8)
     hiding = replace(nested(), visible=hidden)
     assert around(hiding, (1.5, 0, 0)) == [{1, 3}]

@@ -94,8 +94,8 @@ class Media:
 
     def around(self, places: Array, mesh: Mesh, ray: str) -> NDArray[np.float32]:
         """Which media places (n, 3) are in, (n, 2) as MEDIUM has it, for rays of a name, to which
-        some surfaces are not visible: as in Cycles of a surface that a ray upward meets from
-        behind first."""
+        some surfaces are not visible: as in Cycles of a surface in whose box they are, and which a
+        ray upward meets from behind first."""
         inside = np.zeros((len(places), MOST_MEDIA), np.int64)
         inside[:, 0] = self.air
         triangles = mesh.triangles
@@ -105,9 +105,9 @@ class Media:
             for surface in np.unique(of_number["surface"]).astype(np.int64):
                 if self._visible.size and not self._visible[surface] & RAY_BITS[ray]:
                     continue
+                there = _within(places, triangles[triangles["surface"] == surface])
                 own = of_number[of_number["surface"] == surface]
-                corners = np.stack([own[x] for x in "abc"], axis=1).astype(np.float64)
-                there = below_backs(places, corners)
+                there[there] = below_backs(places[there], _corners(own))
                 free = inside.argmin(axis=1)
                 there &= inside[np.arange(len(places)), free] == 0
                 there &= (inside != number).all(axis=1)
@@ -129,6 +129,19 @@ class Media:
         asked, back = np.unique(whose, return_inverse=True)
         table["inside"][distant:] = self.around(_middles(near[asked]), mesh, "shadow")[back]
         return table
+
+
+def _within(places: Array, triangles: NDArray[Any]) -> NDArray[np.bool_]:
+    """(n,) which places (n, 3) are in the box about triangles: none is in that of a plane."""
+    low, high = (f(_corners(triangles), axis=(0, 1)) for f in (np.min, np.max))
+    found: NDArray[np.bool_] = ((places >= low) & (places <= high)).all(axis=1)
+    return found
+
+
+def _corners(triangles: NDArray[Any]) -> Array:
+    """(t, 3, 3) of a table's rows."""
+    found: Array = np.stack([triangles[x] for x in "abc"], axis=1).astype(np.float64)
+    return found
 
 
 def _wearers(scene: Scene) -> list[int]:
