@@ -70,6 +70,7 @@ bool is_free(inout ShadowRay ray) {
         direction = onward;
     }
 #ifdef MEDIA
+    if (ray.is_to_world) medium.inside = vec2(air, 0.0);  // as FreeFlight, of rays that meet nothing
     let_through *= left_after(medium.inside, origin.position, direction, far);
 #endif
 #ifdef PANES

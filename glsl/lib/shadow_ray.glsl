@@ -19,7 +19,7 @@ struct ShadowRay {
 #ifdef PANES
     vec3 behind;    // of the radiance what rays of lobes do not find if light comes through glass
 #endif
-#ifdef SHADED_LAMPS
+#if defined(SHADED_LAMPS) || defined(MEDIA)
     bool is_to_world;
 #endif
 };
@@ -33,7 +33,7 @@ ShadowRay no_shadow_ray() {
 #ifdef PANES
     none.behind = vec3(0.0);
 #endif
-#ifdef SHADED_LAMPS
+#if defined(SHADED_LAMPS) || defined(MEDIA)
     none.is_to_world = false;
 #endif
     return none;
@@ -302,7 +302,7 @@ ShadowRay shadow_ray(VisiblePoint point, int number, bool by_lobe) {
 #ifdef PANES
     ray.behind = behind;
 #endif
-#ifdef SHADED_LAMPS
+#if defined(SHADED_LAMPS) || defined(MEDIA)
     ray.is_to_world = is_world(light);
 #endif
 #ifdef VISIBILITY

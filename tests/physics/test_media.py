@@ -124,6 +124,27 @@ def test_what_lamps_bring_through_it(
     assert found == pytest.approx(clear * np.exp(-5.0 * extinction(medium)), rel=1e-3)
 
 
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_the_world_beside_an_open_mesh(device: Device, backend: str) -> None:
+    """A floor below a small plate that holds a medium: what comes through the plate is less by exp(
+    -extinction way), what comes in at its sides is not, for that medium would not end."""
+    medium, high, half = Medium((0.4, 1.0, 3.0)), 0.5, 0.4
+    built = Builder().quad((-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0), 0)
+    built.quad(
+        (-half, -half, high), (half, -half, high), (half, half, high), (-half, half, high), 1
+    )
+    materials = plain_material("grey", (0.5,) * 3), holding(medium)
+    scene = built.scene(from_above(0.02), (world_light("world", WHITE),), materials)
+    at = half * ((np.arange(200) + 0.5) / 100.0 - 1.0)
+    way = np.sqrt(at[:, None] ** 2 + at[None] ** 2 + high**2)
+    factor = high**2 / way**4 / math.pi * (half / 100.0) ** 2  # of each part of the plate
+    through = np.exp(-way[..., None] * extinction(medium))
+    irradiance = 1.0 - (factor[..., None] * (1.0 - through)).sum(axis=(0, 1))  # over pi
+    found = mean_of(device, scene, backend=backend, passes=64)
+    expected = 0.5 * irradiance * np.exp(-high * extinction(medium))
+    assert found == pytest.approx(expected, rel=0.01)
+
+
 @pytest.mark.thorough("-0.0")
 @pytest.mark.parametrize("g", (0.0, 0.6))
 @pytest.mark.parametrize("backend", BACKENDS)

@@ -144,11 +144,11 @@ class TracedDirectLight:
             hits = self._trace(own, "shadow")
             if self._left:
                 free = hits[:, HIT_TRIANGLE] == 0.0
-                left = self._left_of({name: own[name].elements()[free] for name in _WAY}, tables)
+                ways = {name: own[name].elements()[free] for name in _WAY}
+                left = self._left_of(ways, tables, kind)
                 brought = {name: _less(name, x, free, left) for name, x in brought.items()}
             if self._through:
-                passable = self._passable(tables, kind)
-                self._pass_through(own, hits, brought, streams.get("chain"), tables, passable)
+                self._pass_through(own, hits, brought, streams.get("chain"), tables, kind)
             free = hits[:, HIT_TRIANGLE, None] == 0.0
             for name, of_one in sums.items():
                 np.add(of_one, brought[name], out=of_one, where=free)
@@ -200,12 +200,13 @@ class TracedDirectLight:
         brought: Arrays,
         chain: Stream | None,
         tables: Tables,
-        passable: Passable,
+        kind: int,
     ) -> None:
         """Let rays that have met transparent surfaces or glass go on behind them: those that meet
         nothing there bring what is left of their light. On the host, where rays are traced, for
-        most have met none, and to evaluate what each met takes longer than tracing. `passable`: of
-        each triangle, whether they may."""
+        most have met none, and to evaluate what each met takes longer than tracing. `kind`: of the
+        lights that they go to."""
+        passable = self._passable(tables, kind)
         which = _met(hits, passable)
         if not len(which):
             return
@@ -225,7 +226,7 @@ class TracedDirectLight:
             hits[which[free]] = 0.0
             if self._left:
                 ways = {name: behind[name.removeprefix("shadow_")][free] for name in _WAY}
-                left = self._left_of(ways, tables)
+                left = self._left_of(ways, tables, kind)
                 for name, port in _BROUGHT.items():
                     if port in behind:
                         behind[port] = _less(name, behind[port], free, left)
@@ -258,12 +259,14 @@ class TracedDirectLight:
             own[name].take(x)
         return own
 
-    def _left_of(self, ways: Arrays, tables: Tables) -> Array:
-        """What media leave of what comes that way, (n, 3)."""
+    def _left_of(self, ways: Arrays, tables: Tables, kind: int) -> Array:
+        """What media leave of what comes that way from lights of a kind, (n, 3)."""
         assert self._left
         count = len(ways["shadow_medium"])
         if not count:
             return np.ones((0, 3), np.float32)
+        if kind in self._worlds:  # as in direct.glsl
+            ways["shadow_medium"][:, :2] = tables.media.air, 0.0
         own = self._taken(ways)
         launch(self._left, {**own, "left": own["next_unshadowed"]}, tables, {})
         return own["next_unshadowed"].elements()[:count, :3]

@@ -83,7 +83,11 @@ class Direct(Kernel):
         "looked_lux": When("SECOND_LOOK", When("ILLUMINANCE", ILLUMINANCE)),
     }
     outputs = {"direct": RADIANCE, "illuminance": When("ILLUMINANCE", ILLUMINANCE)}
-    uniforms = {**_UNIFORMS, "transparent_depth": When("TRANSPARENT", Uniform("int"))}
+    uniforms = {
+        **_UNIFORMS,
+        "transparent_depth": When("TRANSPARENT", Uniform("int")),
+        "air": When("MEDIA", Uniform("float")),  # the number of what is everywhere, or 0
+    }
     tables = {
         "nodes": Table(NODE),
         "triangles": Table(TRIANGLE),
