@@ -2,7 +2,7 @@
 """OpenImageDenoise over its C API, wherever it is installed. It knows no rendering."""
 
 from .cuda import CudaBuffers, CudaError
-from .library import ABSENT, VARIABLE, Denoiser, DenoiserError, PreparedFilter, find
+from .library import ABSENT, VARIABLE, Denoiser, DenoiserError, PreparedFilter, Way, find
 
 __all__ = [
     "ABSENT",
@@ -12,5 +12,6 @@ __all__ = [
     "Denoiser",
     "DenoiserError",
     "PreparedFilter",
+    "Way",
     "find",
 ]

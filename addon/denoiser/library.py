@@ -10,6 +10,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from ctypes import c_bool, c_char_p, c_int, c_size_t, c_void_p
+from enum import Enum
 from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -55,6 +56,15 @@ _SIGNATURES: Mapping[str, tuple[Any, tuple[Any, ...]]] = {
     "oidnCommitFilter": (None, (c_void_p,)),
     "oidnExecuteFilter": (None, (c_void_p,)),
 }
+
+
+class Way(Enum):
+    """How pictures go by features: seen by way of glass, out of focus or at edges, these are noisy
+    themselves."""
+
+    GIVEN = "as they are given"
+    FIRST = "filtered before, as pictures, by networks of a balanced quality"
+    BEST = "filtered before, as pictures, by the largest networks, which take 2.4 times as long"
 
 
 class DenoiserError(Exception):
@@ -150,11 +160,9 @@ class Denoiser:
     @property
     def name(self) -> str:
         """As OpenImageDenoise 2.3.3, CPU."""
-        version, kind = (
-            self._library.oidnGetDeviceInt(self._device, name) for name in (b"version", b"type")
-        )
+        version = self._library.oidnGetDeviceInt(self._device, b"version")
         number = f"{version // 10000}.{version // 100 % 100}.{version % 100}"
-        return f"OpenImageDenoise {number}, {KINDS.get(kind, 'GPU')}"
+        return f"OpenImageDenoise {number}, {self._kind}"
 
     def __enter__(self) -> Denoiser:
         return self
@@ -170,11 +178,11 @@ class Denoiser:
 
     @contextmanager
     def filtering(
-        self, shape: tuple[int, ...], features: Mapping[str, Pixels], features_first: bool = False
+        self, shape: tuple[int, ...], features: Mapping[str, Pixels], way: Way = Way.GIVEN
     ) -> Iterator[Callable[[Pixels], Pixels]]:
         """What takes the noise out of pictures of linear light of a shape (h, w, 3), or (h, w, 4),
         whose last channel says nothing; `features` of the same: "albedo" in [0, 1], and with it
-        perhaps "normal". Each is asked for when it is taken. `features_first` as PreparedFilter."""
+        perhaps "normal". Each is asked for when it is taken."""
         library, size = self._library, 4 * math.prod(shape)
         prepared = PreparedFilter(library, self._device, shape, self._check)
 
@@ -194,7 +202,7 @@ class Denoiser:
         try:
             for name in ("color", *features, "output"):
                 prepared.add_buffer(name, library.oidnNewBuffer(self._device, size))
-            prepared.add_filters(features, {"color": "output"}, features_first)
+            prepared.add_filters(features, {"color": "output"}, way)
             for name in features:
                 write(name, features[name])
             prepared.clean_features()
@@ -205,14 +213,23 @@ class Denoiser:
     @property
     def is_cuda(self) -> bool:
         """Whether it is on a GPU of CUDA's."""
-        return KINDS.get(self._library.oidnGetDeviceInt(self._device, b"type")) == "CUDA"
+        return self._kind == "CUDA"
+
+    @property
+    def is_on_gpu(self) -> bool:
+        """Whether it is on a GPU of any kind."""
+        return self._kind != "CPU"
+
+    @property
+    def _kind(self) -> str:
+        return KINDS.get(self._library.oidnGetDeviceInt(self._device, b"type"), "GPU")
 
     def filter_there(
         self,
         shape: tuple[int, int],
         places: Mapping[str, int],
         pictures: Mapping[str, str],
-        features_first: bool = False,
+        way: Way = Way.GIVEN,
     ) -> PreparedFilter:
         """What filters pictures (h, w, 4) where they are on the device: `places` of "albedo", of
         "normal", and of pictures, of each of which the mapping says into which it is filtered."""
@@ -223,7 +240,7 @@ class Denoiser:
                 buffer = self._library.oidnNewSharedBuffer(self._device, place, size)
                 prepared.add_buffer(name, buffer)
             features = [name for name in ("albedo", "normal") if name in places]
-            prepared.add_filters(features, pictures, features_first)
+            prepared.add_filters(features, pictures, way)
         except DenoiserError:
             prepared.release()
             raise
@@ -241,11 +258,8 @@ class Denoiser:
 
 
 class PreparedFilter:
-    """Filters that know their images; to be released before the denoiser is closed.
-
-    With `features_first`, features are filtered by themselves, in place, and pictures go by what
-    comes of that: seen by way of glass, or out of focus, they are noisy themselves.
-    """
+    """Filters that know their images; to be released before the denoiser is closed. Features are
+    filtered in place, where they are filtered."""
 
     def __init__(
         self, library: Any, device: Any, shape: tuple[int, ...], check: Callable[[], None]
@@ -261,20 +275,18 @@ class PreparedFilter:
         self.buffers[name] = buffer
         self._check()
 
-    def add_filters(
-        self, features: Iterable[str], pictures: Mapping[str, str], features_first: bool
-    ) -> None:
+    def add_filters(self, features: Iterable[str], pictures: Mapping[str, str], way: Way) -> None:
         """Filters of pictures into others, and perhaps of features. Raises DenoiserError."""
-        names = {name: name for name in features}
-        self._features = tuple(names) if features_first else ()
+        names, are_clean = {name: name for name in features}, way is not Way.GIVEN
+        self._features = tuple(names) if are_clean else ()
         for name in self._features:
             self._filter(name, {name: name, "output": name})
         for picture, output in pictures.items():
             rt = self._filter(picture, {"color": picture, **names, "output": output})
             self._library.oidnSetFilterBool(rt, b"hdr", True)
-            self._library.oidnSetFilterBool(rt, b"cleanAux", features_first)
+            self._library.oidnSetFilterBool(rt, b"cleanAux", are_clean)
         for rt in self._filters.values():
-            if features_first:  # where the networks of the best quality take 2.4 times as long
+            if way is Way.FIRST:
                 self._library.oidnSetFilterInt(rt, b"quality", _BALANCED)
             self._library.oidnCommitFilter(rt)
             self._check()

@@ -43,7 +43,7 @@ PICTURE = 96 + 40 + 2 * 96
 PLAIN_LOBES = 2  # textures that say what Phong's lobes are
 FEATURES = 3 * 24  # and of those of what denoisers go by
 # Denoising's: arrays, and what OpenImageDenoise takes, which works in tiles where that is more.
-DENOISED, DENOISER, MOST_DENOISER = 220, 520, 3 << 30
+DENOISED, DENOISER, MOST_DENOISER = 250, 740, 3 << 30
 STRIP = 500  # a strip's pixel's on the host: means and errors in float64
 # Of what is left for more paths; what they may take where nobody knows what there is [bytes].
 PART_OF_ROOM, ROOM_UNKNOWN = 4, 1 << 28

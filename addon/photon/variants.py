@@ -13,6 +13,7 @@ from ..streams.draw import AddPart
 from .film.device_resolver import DECLARATIONS as RESOLVER_DECLARATIONS
 from .film.device_resolver import resolver_defines
 from .film.film import Accumulate, AccumulateBatches, AccumulateTwo
+from .kernels import mixture
 from .kernels.add_chain import AddChain
 from .kernels.bent_base import BentBase
 from .kernels.combine import CombineAll, CombineCaustics, CombineMirror, CombinePrimary
@@ -27,7 +28,6 @@ from .kernels.free_flight import FreeFlight
 from .kernels.gather import Gather
 from .kernels.gather_radius import GatherRadius
 from .kernels.generator import Generator
-from .kernels.mixture import BoxMean, Mixture, MixtureKept, MixtureTold, SplitHalves
 from .kernels.plain_lobe import PlainLobe
 from .kernels.plain_microfacets import PlainMicrofacets
 from .kernels.projector import Projector
@@ -62,10 +62,11 @@ PLAIN: tuple[type[Kernel], ...] = (
     AccumulateBatches,
     GatherRadius,
     AddPart,
-    SplitHalves,
-    MixtureTold,
-    BoxMean,
-    MixtureKept,
+    mixture.SplitHalves,
+    mixture.FiltersCompared,
+    mixture.MixtureTold,
+    mixture.BoxMean,
+    mixture.MixtureKept,
     BentBase,
     Walk,
 )
@@ -247,7 +248,7 @@ def _kernels() -> Iterator[tuple[type[Kernel], Defines, Made]]:
     added += tuple({**first, **misty} for first in added)
     yield from ((AddChain, first, {}) for first in added)
     halves: tuple[Defines, ...] = ({}, {"EMISSION_APART": 1})
-    yield from ((Mixture, apart, {}) for apart in halves)
+    yield from ((mixture.Mixture, apart, {}) for apart in halves)
     for count in range(4):
         for names in combinations(("mirror", "emission", "blur"), count):
             yield Resolve, resolver_defines(names), {}

@@ -120,7 +120,7 @@ def time_it(sizes: tuple[tuple[int, int], ...] = ((256, 256), (1920, 1080))) -> 
             start, spent = time.perf_counter(), time.process_time()
             with Denoiser() as denoiser:
                 with denoiser.filtering(plain.shape, features) as filtered:
-                    denoised(plain, half, 0.5, filtered)
+                    denoised(plain, half, 0.5, [filtered])
                 about = denoiser.name
             found.append((time.perf_counter() - start, time.process_time() - spent))
         least, spent = np.min(found, axis=0)

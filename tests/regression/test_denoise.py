@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.denoiser import Denoiser, DenoiserError
+from addon.denoiser import Denoiser, DenoiserError, Way
 from addon.photon import prepare as preparation
 from addon.photon.film import denoise, resolver
 from addon.photon.film.error import DARK
@@ -253,8 +253,11 @@ def test_a_gpu_without_room(device: Device, monkeypatch: pytest.MonkeyPatch) -> 
 
 @needs_it
 @pytest.mark.parametrize("what", ["still", "mirror", "glass", "lens", "moves", "camera moves"])
-def test_which_features_are_noisy(device: Device, what: str) -> None:
-    """Those that chance decides; they are filtered first."""
+def test_which_features_are_noisy(
+    device: Device, what: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Those that chance decides; they are filtered first, until there are passes enough to tell
+    which way is better."""
     scene = MOVES if what == "moves" else cornell(mirror=what in ("mirror", "glass"))
     if what == "glass":
         given = {"ior": 1.5, "tint": (1.0,) * 3, "reflects": 2.0, "open": 0.0}
@@ -267,9 +270,12 @@ def test_which_features_are_noisy(device: Device, what: str) -> None:
         motion = Motion(np.stack([scene.camera.matrix] * 2))
         scene = replace(scene, camera=replace(scene.camera, motion=motion))
     renderer = rendered(device, scene, replace(SMALL, passes=7, denoise=True))
-    assert not renderer._denoised.features_first  # of few rays
+    assert renderer._denoised.ways == (Way.GIVEN,)  # of few rays
     renderer.render_pass()
-    assert renderer._denoised.features_first == (what not in ("still", "mirror"))
+    way = Way.GIVEN if what in ("still", "mirror") else Way.FIRST
+    assert renderer._denoised.ways == (way,)
+    monkeypatch.setattr(resolver, "FEWEST_TO_COMPARE", {False: 8, True: 8})
+    assert renderer._denoised.ways == (Way.GIVEN, Way.BEST)
     renderer.release()
 
 

@@ -66,13 +66,30 @@ FILTERS: dict[str, Filter] = {
 def test_never_worse(name: str, grain: int, share: float) -> None:
     """Whatever the filter does, and where noise is alike over several pixels, as photons' is."""
     plain, half = specks(TRUTH, share, grain)
-    found = denoised(plain, half, share, FILTERS[name])
+    found = denoised(plain, half, share, [FILTERS[name]])
     before, after = strict(plain, TRUTH), strict(found.picture, TRUTH)
     worst = 1.0 + 0.02 * grain  # fewer independent numbers tell the mixture
     assert found.picture.dtype == np.float32 and (found.left >= 0).all() and (found.left <= 1).all()
     assert after < {"perfect": 0.1, "blur": 0.85, "none": 1.0001}.get(name, worst) * before
     left = float((found.left * before).mean())
     assert left == pytest.approx(after, rel=0.3, abs=(0.04 + 0.02 * grain) * before)
+
+
+@pytest.mark.parametrize("share", [0.5, 0.25])
+@pytest.mark.parametrize("grain", [1, 4])
+def test_two_filters(grain: int, share: float) -> None:
+    """The first one's picture, or that of the mean of both, as halves tell."""
+    plain, half = specks(TRUTH, share, grain)
+    pairs = [("perfect", "blur"), ("perfect", "tenth"), ("none", "other"), ("blur", "black")]
+    for better, worse in pairs:
+        one, other = FILTERS[better], FILTERS[worse]
+        made = {
+            "first": denoised(plain, half, share, [one]),
+            "both": denoised(plain, half, share, [lambda x, f=one, g=other: (f(x) + g(x)) / 2.0]),
+        }
+        for filters, expected in (([one, other], "first"), ([other, one], "both")):
+            found = denoised(plain, half, share, filters)
+            assert np.allclose(found.picture, made[expected].picture, rtol=1e-6), (better, worse)
 
 
 @pytest.mark.parametrize("noise", [0.1, 0.2, 0.3, 0.5])
@@ -86,7 +103,7 @@ def test_what_is_left_is_told(name: str, noise: float) -> None:
     rng = np.random.default_rng(7)
     halves = [truth + noise * rng.standard_normal(truth.shape).astype(np.float32) for _ in "ab"]
     plain = (halves[0] + halves[1]) / np.float32(2.0)
-    found = denoised(plain, halves[0], 0.5, lambda given: np.full_like(given, 1.1))
+    found = denoised(plain, halves[0], 0.5, [lambda given: np.full_like(given, 1.1)])
     true = np.square(found.picture - truth).mean()
     told = (found.left * np.square(halves[0] - halves[1]).mean(axis=-1) / 4.0).mean()
     assert told == pytest.approx(true, rel=0.3)
@@ -95,7 +112,7 @@ def test_what_is_left_is_told(name: str, noise: float) -> None:
 def test_each_part_as_much_as_it_gains() -> None:
     """A blur is taken where the picture is even, and left where it has detail."""
     plain, half = specks(TRUTH, 0.5, 1)
-    found = denoised(plain, half, 0.5, blurred)
+    found = denoised(plain, half, 0.5, [blurred])
     sides = slice(0, SHAPE[1] // 2 - 3 * REACH), slice(SHAPE[1] // 2 + 3 * REACH, None)
     even, fine = (
         strict(found.picture[:, side], TRUTH[:, side]) / strict(plain[:, side], TRUTH[:, side])
@@ -108,13 +125,13 @@ def test_each_part_as_much_as_it_gains() -> None:
 def test_one_pass_tells_nothing() -> None:
     """So it is denoised whole."""
     plain, _ = specks(TRUTH, 0.5, 1)
-    found = denoised(plain, plain, 1.0, blurred)
+    found = denoised(plain, plain, 1.0, [blurred])
     np.testing.assert_array_equal(found.picture, blurred(np.maximum(plain, np.float32(0.0))))
     assert (found.left == 1.0).all()
 
 
 def test_without_noise_nothing_changes() -> None:
-    found = denoised(TRUTH, TRUTH, 0.5, blurred)
+    found = denoised(TRUTH, TRUTH, 0.5, [blurred])
     assert np.array_equal(found.picture, TRUTH) and (found.left == 1.0).all()
 
 
@@ -126,5 +143,5 @@ def test_what_does_not_fit_is_named() -> None:
 
 def test_black() -> None:
     black = np.zeros(SHAPE, np.float32)
-    found = denoised(black, black, 0.5, blurred)
+    found = denoised(black, black, 0.5, [blurred])
     assert not found.picture.any() and (found.left == 1.0).all()

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from addon.denoiser import VARIABLE, Denoiser, DenoiserError, find, library
+from addon.denoiser import VARIABLE, Denoiser, DenoiserError, Way, find, library
 
 needs_it = pytest.mark.skipif(find() is None, reason="OpenImageDenoise is not here")
 SIZE = (70, 90, 3)
@@ -116,16 +116,16 @@ def test_noisy_features() -> None:
     features = {"albedo": albedo, "normal": normal}
     given, errors = albedo.copy(), []
     with Denoiser(on_cpu=True) as denoiser:
-        for first in (False, True):
-            with denoiser.filtering(SIZE, features, first) as filtered:
+        for way in Way:
+            with denoiser.filtering(SIZE, features, way) as filtered:
                 errors.append(float(np.square(filtered(noisy) / truth - 1.0).mean()))
     assert np.array_equal(albedo, given)  # a copy is filtered
-    assert errors[1] < 0.5 * errors[0]
+    assert max(errors[1:]) < 0.5 * errors[0]
 
 
 @needs_it
-@pytest.mark.parametrize("features_first", [False, True])
-def test_four_channels_and_in_place(features_first: bool) -> None:
+@pytest.mark.parametrize("way", Way)
+def test_four_channels_and_in_place(way: Way) -> None:
     """The same bits as of three, given and where they are; what is behind the third stays."""
     rng = np.random.default_rng(2)
     images = {name: rng.random(SIZE, np.float32) for name in ("first", "albedo", "normal")}
@@ -138,10 +138,10 @@ def test_four_channels_and_in_place(features_first: bool) -> None:
         for given in (images, wide):
             features = {name: given[name] for name in ("albedo", "normal")}
             shape = given["first"].shape
-            with denoiser.filtering(shape, features, features_first) as filtered:
+            with denoiser.filtering(shape, features, way) as filtered:
                 made.append(filtered(given["first"])[..., :3])
         places = {name: image.ctypes.data for name, image in wide.items()}
-        there = denoiser.filter_there(SIZE[:2], places, {"first": "clean"}, features_first)
+        there = denoiser.filter_there(SIZE[:2], places, {"first": "clean"}, way)
         there.clean_features()
         there.run("first")
         there.release()

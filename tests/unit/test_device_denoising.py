@@ -18,10 +18,11 @@ from addon.denoiser import (
     Denoiser,
     DenoiserError,
     PreparedFilter,
+    Way,
 )
 from addon.denoiser.cuda import DRIVER
 from addon.photon.backends import backend as backend_module
-from addon.photon.film import device_denoising
+from addon.photon.film import device_denoising, resolver
 from addon.photon.film.device_denoising import DeviceDenoisingResolver
 from addon.photon.film.resolver import DenoisingResolver
 from addon.photon.prepare import prepare
@@ -57,12 +58,16 @@ def both(renderer: Renderer) -> tuple[Any, Any]:
     return found[0], found[1]
 
 
-@pytest.mark.parametrize("features_first", [False, True])
-def test_as_the_host_does(renderer: Renderer, features_first: bool) -> None:
+@pytest.mark.parametrize("ways", [(Way.GIVEN,), (Way.FIRST,), (Way.GIVEN, Way.BEST)])
+def test_as_the_host_does(
+    renderer: Renderer, ways: tuple[Way, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
     """To rounding, after any number of passes, and what is told of the error; the plain picture is
     another."""
     assert renderer._denoised
-    renderer._denoised._filters_features = features_first
+    renderer._denoised._noisy_features = Way.FIRST in ways
+    compared = 2 if Way.BEST in ways else SETTINGS.passes + 1
+    monkeypatch.setattr(resolver, "FEWEST_TO_COMPARE", dict.fromkeys((False, True), compared))
     for index in range(SETTINGS.passes):
         renderer.render_pass()
         if index in (0, 1, 2, 8):
@@ -71,6 +76,7 @@ def test_as_the_host_does(renderer: Renderer, features_first: bool) -> None:
                 np.testing.assert_allclose(ours[name], image, rtol=2e-5, atol=1e-6 * image.max())
             assert error.total == pytest.approx(true.total, rel=1e-4)
             assert error.bias == pytest.approx(true.bias, rel=1e-4)
+    assert renderer._denoised.ways == ways
     np.testing.assert_allclose(error.image, true.image, rtol=2e-3, atol=1e-4 * true.image.max())
     plain = renderer._resolver.resolve(["Combined"])[0]["Combined"]
     assert np.abs(plain - ours["Combined"]).max() > 0.01 * plain.max()
@@ -125,8 +131,8 @@ def in_place(
     assert isinstance(denoised, DeviceDenoisingResolver)
     for _ in range(FEWEST_PASSES):
         renderer.render_pass()
-    denoised._may_share, denoised._filters_features = False, True
-    assert denoised.features_first
+    denoised._may_share, denoised._noisy_features = False, True
+    assert denoised.ways == (Way.FIRST,)
     by_way_of_host = denoised.resolve(["Combined"])[0]["Combined"]
     monkeypatch.setattr(Denoiser, "is_cuda", True)
     denoised._may_share = True
@@ -145,13 +151,13 @@ def test_what_opengl_shares_with_the_denoiser(
     filters = []
     for _ in range(2):  # the second with the filters of the first
         assert np.array_equal(denoised.resolve(["Combined"])[0]["Combined"], by_way_of_host)
-        filters.append(shared._filter)
-    assert filters[0] and filters[0] is filters[1] and denoised._may_share
-    shared._made_for = {}, True  # elsewhere than these know
+        filters += shared._filters.values()
+    assert len(filters) == 2 and filters[0] is filters[1] and denoised._may_share
+    shared._places = {}  # elsewhere than these know
     assert np.array_equal(denoised.resolve(["Combined"])[0]["Combined"], by_way_of_host)
-    assert shared._filter and shared._filter is not filters[0]
+    assert shared._filters[Way.FIRST] is not filters[0]
     denoised._unshare()
-    assert stand_in.released == 1 and not shared._filter
+    assert stand_in.released == 1 and not shared._filters
 
 
 def test_what_cannot_be_shared(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:

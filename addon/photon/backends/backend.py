@@ -216,10 +216,10 @@ class Backend:
         return HostResolver(film)
 
     def denoising_resolver(
-        self, film: StripFilm, plain: Resolver, opened: Opened, features_first: bool
+        self, film: StripFilm, plain: Resolver, opened: Opened, noisy_features: bool
     ) -> DenoisingResolver:
         """What makes denoised pictures of a film that `plain` resolves."""
-        return DenoisingResolver(film, plain, opened, features_first)
+        return DenoisingResolver(film, plain, opened, noisy_features)
 
     @property
     def film_spares(self) -> int:
@@ -285,10 +285,10 @@ class ResidentBackend(Backend):
         return DeviceResolver(self.device, film, names)
 
     def denoising_resolver(
-        self, film: StripFilm, plain: Resolver, opened: Opened, features_first: bool
+        self, film: StripFilm, plain: Resolver, opened: Opened, noisy_features: bool
     ) -> DenoisingResolver:
         assert isinstance(plain, DeviceResolver)
-        return DeviceDenoisingResolver(self.device, film, plain, opened, features_first)
+        return DeviceDenoisingResolver(self.device, film, plain, opened, noisy_features)
 
 
 class NativeBackend(Backend):

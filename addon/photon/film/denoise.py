@@ -5,7 +5,7 @@ is denoised on its own, and native/src/mixture.rs mixes what comes of it with th
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import TypeVar
@@ -14,8 +14,8 @@ import numpy as np
 import photon_stream_native as native
 from numpy.typing import NDArray
 
-from ...denoiser import Denoiser, DenoiserError
-from .error import DARK, Floats
+from ...denoiser import Denoiser, DenoiserError, Way
+from .error import DARK, Floats, dark_of
 
 Picture = NDArray[np.float32]
 Result = TypeVar("Result")
@@ -25,6 +25,7 @@ FEATURE_PORTS = {"albedo": "Denoising Albedo", "normal": "Denoising Normal"}
 # Pixels on each side over which errors are averaged: those of fewer are too uncertain to go by, and
 # what the denoiser does well and what it spoils lies apart. 4 to 16 gain much the same.
 REACH = 6
+ROWS = 64  # of a picture, that are compared at once
 DIMMEST = -126  # exponent of what float32 has all digits of
 
 
@@ -38,22 +39,44 @@ class Denoised:
 
 
 def denoised(
-    plain: Picture, half: Picture, share: float, filtered: Filter, unit: float = 1.0
+    plain: Picture, half: Picture, share: float, filters: Iterable[Filter], unit: float = 1.0
 ) -> Denoised:
-    """The mixture of a picture (h, w, 3) and of what `filtered` makes of its halves.
+    """The mixture of a picture (h, w, 3) and of what one or two filters make of its halves: the
+    first, or the mean of both where the halves tell that this is better.
 
     `half`: the mean of the first half of its passes; `share`: of all passes, which are those. Of
     one pass, with a share of 1, nothing tells that the picture is better as it is. `unit`: the
-    light that is 1 to the filter.
+    light that is 1 to the filters, of which the first is done with when the second is asked for.
     """
     assert 0.0 < share <= 1.0
     if share == 1.0:
-        whole = filtered(np.maximum(plain, np.float32(0.0)) / np.float32(unit))
+        whole = next(iter(filters))(np.maximum(plain, np.float32(0.0)) / np.float32(unit))
         return Denoised(whole * np.float32(unit), np.ones(plain.shape[:2], np.float32))
     halves = native.split_halves(plain, half, share, unit)
-    clean, other_clean = (np.ascontiguousarray(filtered(one)) for one in halves)
-    of_halves = plain, half, share, clean, other_clean
+    clean, *others = ([np.ascontiguousarray(filtered(x)) for x in halves] for filtered in filters)
+    for other in others:
+        both = [(one + two) / np.float32(2.0) for one, two in zip(clean, other, strict=True)]
+        if is_better(both, clean, halves):
+            clean = both
+    of_halves = plain, half, share, clean[0], clean[1]
     return Denoised(*native.mix_halves(*of_halves, unit=unit, reach=REACH, dark=DARK))
+
+
+def is_better(
+    clean: Sequence[Picture], other: Sequence[Picture], halves: Sequence[Picture]
+) -> bool:
+    """Whether what is made of both halves is closer to the truth than what else is made of them:
+    each by the other half, whose noise it does not know (glsl/kernels/filters_compared.glsl)."""
+    light = sum(float(half.sum(dtype=np.float64)) for half in halves) / 2.0
+    dark = dark_of(light, halves[0].size // 3)
+    worse = 0.0
+    for first in range(0, len(halves[0]), ROWS):
+        rows = slice(first, first + ROWS)
+        (a, b), (c, d), (half, rest) = ([x[rows] for x in pair] for pair in (clean, other, halves))
+        smooth = (a + b + c + d) / np.float32(4.0)
+        apart = (a - c) * (a + c - 2.0 * rest) + (b - d) * (b + d - 2.0 * half)
+        worse += float((apart / (smooth**2 + np.float32(dark**2))).sum(dtype=np.float64))
+    return worse < 0.0
 
 
 class Opened:
@@ -91,21 +114,25 @@ def picture_denoised(
     half: Picture,
     share: float,
     opened: Opened,
-    features_first: bool = False,
+    ways: Sequence[Way] = (Way.GIVEN,),
     apart: Picture | None = None,
 ) -> Denoised:
     """Combined of `images` without its noise, as `denoised`: by OpenImageDenoise, which goes by the
-    first albedo and normal that are no mirror's, perhaps without their own noise. What is `apart`
-    (h, w, 3), and not in the half, it does not see. Raises DenoiserError."""
+    first albedo and normal that are no mirror's, in one or two ways. What is `apart` (h, w, 3),
+    and not in the half, it does not see. Raises DenoiserError."""
     plain = np.ascontiguousarray(images["Combined"][..., :3])
     if apart is not None:
         plain = plain - apart
     features = {port: images[name] for port, name in FEATURE_PORTS.items()}
     unit = unit_of(float(plain.mean(dtype=np.float64)))
 
+    def filters_of(denoiser: Denoiser) -> Iterator[Filter]:
+        for way in ways:
+            with denoiser.filtering(plain.shape, features, way) as filtered:
+                yield filtered
+
     def by(denoiser: Denoiser) -> Denoised:
-        with denoiser.filtering(plain.shape, features, features_first) as filtered:
-            found = denoised(plain, half, share, filtered, unit)
+        found = denoised(plain, half, share, filters_of(denoiser), unit)
         picture = found.picture if apart is None else found.picture + apart
         return replace(found, picture=picture, by=denoiser.name)
 

@@ -11,7 +11,7 @@ from functools import cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from ...denoiser import CudaBuffers, CudaError, Denoiser, DenoiserError, PreparedFilter
+from ...denoiser import CudaBuffers, CudaError, Denoiser, DenoiserError, PreparedFilter, Way
 from ...streams import Device, Stream
 from ..kernels import mixture
 from ..kernels.records import SUM
@@ -24,11 +24,10 @@ from .resolver import DenoisingResolver, Picture, Telling
 from .strips import StripFilm
 
 Texels = NDArray[np.float32]
-STREAMS = 9 + 6  # of the picture's size, that a look takes, and what is shared with a denoiser
+STREAMS = 13 + 6  # of the picture's size, that a look takes, and what is shared with a denoiser
 _X, _Y = (1, 0), (0, 1)
 _GIVEN = ("first", "other", "albedo", "normal")  # to the denoiser
 _PAIRS = {"first": "clean", "other": "other_clean"}  # what it makes of halves
-_FIRST = ("first",)  # of one pass both are the same
 _SHARED = (*_GIVEN, *_PAIRS.values())
 
 
@@ -58,12 +57,13 @@ class DeviceDenoisingResolver(DenoisingResolver):
         film: StripFilm,
         plain: DeviceResolver,
         opened: Opened,
-        features_first: bool,
+        noisy_features: bool,
     ) -> None:
-        super().__init__(film, plain, opened, features_first)
+        super().__init__(film, plain, opened, noisy_features)
         self._device, self._of_film = device, plain
         made = (mixture.SplitHalves, mixture.MixtureTold, mixture.BoxMean)
         self._split, self._told, self._mean = (kernel(device, "compute") for kernel in made)
+        self._compared = mixture.FiltersCompared(device, "compute")
         self._kept = mixture.MixtureKept(device, "compute")
         self._mix = mixture.Mixture(device, "compute", apart_define(film))
         self._left: Stream | None = None  # of the last look
@@ -110,7 +110,8 @@ class DeviceDenoisingResolver(DenoisingResolver):
         if share < 1.0:
             half = look.stream()
             self._of_film.write_half(film, half)
-        unit = unit_of(self._mean_of(picture))
+        mean = self._mean_of(picture)
+        unit = unit_of(mean)
         given = {name: look.stream() for name in _GIVEN}
         features = {
             f"{port}_sum": film.sums[FEATURES[name]] for port, name in FEATURE_PORTS.items()
@@ -119,10 +120,9 @@ class DeviceDenoisingResolver(DenoisingResolver):
             {"picture": picture, "half": half, **features, **given},
             uniforms={"share": share, "unit": unit, "passes": float(self._film.passes)},
         )
-        self._denoise(given, look, _PAIRS if share < 1.0 else _FIRST)
-        clean = {port: given[half] for half, port in _PAIRS.items()}
+        clean = self._clean(given, look, share == 1.0, mean / unit)
         lights = {"share": share, "unit": unit}
-        told, kept, mixed = look.stream(), given["albedo"], given["normal"]
+        told, kept, mixed = given["first"], given["albedo"], given["normal"]
         self._left = Stream(self._device, SUM, told.size)
         if share < 1.0:
             means = map(self._mean_of, clean.values())
@@ -145,9 +145,45 @@ class DeviceDenoisingResolver(DenoisingResolver):
         self._mix.run(ports, uniforms=lights)
         return look.read(mixed).copy()
 
-    def _denoise(self, given: Mapping[str, Stream], look: _Look, halves: Collection[str]) -> None:
-        """Put what the denoiser makes of halves in their place."""
-        if self._denoise_there(given, look, halves):
+    def _clean(
+        self, given: Mapping[str, Stream], look: _Look, are_same: bool, mean: float
+    ) -> dict[str, Stream]:
+        """What the denoiser makes of both halves, as `denoised`; `are_same`: of one pass; `mean`:
+        of their light."""
+        halves = ("first",) if are_same else tuple(_PAIRS)
+        clean: dict[str, Stream] = {}
+        for way in self.ways:
+            made = {_PAIRS[half]: look.stream() for half in halves}
+            self._denoise(given, made, look, way)
+            clean = self._better(given, clean, made, look, mean) if clean else made
+        return {port: clean.get(port, clean["clean"]) for port in _PAIRS.values()}
+
+    def _better(
+        self,
+        given: Mapping[str, Stream],
+        clean: dict[str, Stream],
+        second: dict[str, Stream],
+        look: _Look,
+        mean: float,
+    ) -> dict[str, Stream]:
+        """What one filter makes of halves, or the mean with what a second one does."""
+        halves = {name: given[name] for name in _PAIRS}
+        seconds = {f"second_{port}": stream for port, stream in second.items()}
+        both = {port: look.stream() for port in ("mean", "other_mean", "worse")}
+        floor_light = DARK * (mean or 1.0)
+        ports = {**halves, **clean, **seconds, **both}
+        self._compared.run(ports, uniforms={"floor_light": floor_light})
+        worse = both.pop("worse")
+        found = float(self._of_film.sums(worse, worse.size[0] * worse.size[1])[:, 0].sum())
+        for stream in (worse, *second.values()):
+            look.put_back(stream)
+        return dict(zip(_PAIRS.values(), both.values(), strict=True)) if found < 0.0 else clean
+
+    def _denoise(
+        self, given: Mapping[str, Stream], made: Mapping[str, Stream], look: _Look, way: Way
+    ) -> None:
+        """Write what the denoiser makes of halves."""
+        if self._denoise_there(given, made, look, way):
             return
         read = {name: partial(look.read, stream) for name, stream in given.items()}
         features = _Lazily({name: read[name] for name in FEATURE_PORTS})
@@ -155,14 +191,14 @@ class DeviceDenoisingResolver(DenoisingResolver):
         def by(denoiser: Denoiser) -> list[Texels]:
             self.by = denoiser.name
             shape = *look.shape, 4
-            with denoiser.filtering(shape, features, self.features_first) as filtered:
-                return [filtered(read[half]()) for half in halves]
+            with denoiser.filtering(shape, features, way) as filtered:
+                return [filtered(read[half]()) for half, port in _PAIRS.items() if port in made]
 
-        for half, texels in zip(halves, by_any(self._opened, by), strict=True):
-            given[half].upload(texels)
+        for stream, texels in zip(made.values(), by_any(self._opened, by), strict=True):
+            stream.upload(texels)
 
     def _denoise_there(
-        self, given: Mapping[str, Stream], look: _Look, halves: Collection[str]
+        self, given: Mapping[str, Stream], made: Mapping[str, Stream], look: _Look, way: Way
     ) -> bool:
         """The same on the GPU that both are on; whether it could be done."""
         if not self._may_share:
@@ -173,7 +209,7 @@ class DeviceDenoisingResolver(DenoisingResolver):
                 return False
             if self._shared is None:
                 self._shared = _Shared(self._device, look.shape)
-            self._shared.denoise(denoiser, given, halves, self.features_first)
+            self._shared.denoise(denoiser, given, made, way)
         except (CudaError, DenoiserError):
             self._may_share = False
             self._unshare()
@@ -209,7 +245,7 @@ class DeviceDenoisingResolver(DenoisingResolver):
         """As DenoisingResolver's."""
         self._forget()
         self._unshare()
-        for kernel in (self._split, self._told, self._mean, self._kept, self._mix):
+        for kernel in (self._split, self._compared, self._told, self._mean, self._kept, self._mix):
             kernel.release()
         super().release()
 
@@ -222,8 +258,8 @@ class _Shared:
         self._device, self._shape = device, shape
         size = 16 * shape[0] * shape[1]
         self._buffers = {name: device.ctx.buffer(reserve=size) for name in _SHARED}
-        self._filter: PreparedFilter | None = None
-        self._made_for: tuple[dict[str, int], bool] = {}, False  # where all is; features first
+        self._filters: dict[Way, PreparedFilter] = {}
+        self._places: dict[str, int] = {}  # that these know
         try:
             self._shared = CudaBuffers({name: x.glo for name, x in self._buffers.items()})
         except CudaError:
@@ -234,35 +270,37 @@ class _Shared:
         self,
         denoiser: Denoiser,
         given: Mapping[str, Stream],
-        halves: Collection[str],
-        features_first: bool,
+        made: Mapping[str, Stream],
+        way: Way,
     ) -> None:
-        """Put clean halves in the place of those given."""
+        """Write clean halves."""
         self._device.bind.settle()
         for name, stream in given.items():
             stream.texture.read_into(self._buffers[name])
         self._device.ctx.finish()
         with self._shared.mapped() as places:
-            if self._filter is None or self._made_for != (places, features_first):
-                self._forget_filter()
-                self._filter = denoiser.filter_there(self._shape, places, _PAIRS, features_first)
-                self._made_for = places, features_first
-            self._filter.clean_features()
-            for half in halves:
-                self._filter.run(half)
-        for half in halves:
-            self._device.write(given[half].texture, self._buffers[_PAIRS[half]])
+            if self._places != places:
+                self._forget_filters()
+                self._places = places
+            if way not in self._filters:
+                self._filters[way] = denoiser.filter_there(self._shape, places, _PAIRS, way)
+            self._filters[way].clean_features()
+            for half, port in _PAIRS.items():
+                if port in made:
+                    self._filters[way].run(half)
+        for port, stream in made.items():
+            self._device.write(stream.texture, self._buffers[port])
 
     def release(self) -> None:
         """Free them."""
-        self._forget_filter()
+        self._forget_filters()
         self._shared.release()
         self._free()
 
-    def _forget_filter(self) -> None:
-        if self._filter:
-            self._filter.release()
-            self._filter = None
+    def _forget_filters(self) -> None:
+        for prepared in self._filters.values():
+            prepared.release()
+        self._filters.clear()
 
     def _free(self) -> None:
         for buffer in self._buffers.values():

@@ -10,6 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ...denoiser import Way
 from ..settings import FEWEST_PASSES
 from .denoise import Opened, picture_denoised
 from .error import Error, error_of
@@ -18,6 +19,9 @@ from .picture import FEATURES, OF_HALVES, first_half, images_for, picture_of
 from .strips import StripFilm
 
 Picture = dict[str, NDArray[np.float32]]
+# Passes from which on there are two ways of denoising, by whether a GPU denoises: they take two to
+# five times as long as one, on a processor as long as a pass or two.
+FEWEST_TO_COMPARE = {True: FEWEST_PASSES, False: 4 * FEWEST_PASSES}
 # What tells the error of a picture, as long as its film has no more passes: half of a look's time
 # goes there, and who only looks need not wait for it.
 Telling = Callable[[], Error]
@@ -93,17 +97,20 @@ class DenoisingResolver(HostResolver):
     by = "none"  # which denoiser made the last picture
 
     def __init__(
-        self, film: StripFilm, plain: Resolver, opened: Opened, features_first: bool
+        self, film: StripFilm, plain: Resolver, opened: Opened, noisy_features: bool
     ) -> None:
-        """`plain` resolves the film as it is; `features_first` as PreparedFilter, from some passes
-        on."""
+        """`plain` resolves the film as it is; `noisy_features`: not at edges alone."""
         super().__init__(film)
-        self._plain, self._opened, self._filters_features = plain, opened, features_first
+        self._plain, self._opened, self._noisy_features = plain, opened, noisy_features
 
     @property
-    def features_first(self) -> bool:
-        """Whether features are filtered now: of few rays lamps in glass come out too wide."""
-        return self._filters_features and self._film.passes >= FEWEST_PASSES
+    def ways(self) -> tuple[Way, ...]:
+        """Of denoising. By features that are filtered of few rays lamps in glass come out too
+        wide."""
+        passes = self._film.passes
+        if passes >= FEWEST_TO_COMPARE[self._opened.denoiser().is_on_gpu]:
+            return Way.GIVEN, Way.BEST
+        return (Way.FIRST if self._noisy_features and passes >= FEWEST_PASSES else Way.GIVEN,)
 
     def resolve(self, wanted: Collection[str]) -> tuple[Picture, Telling]:
         """As Resolver's. Raises DenoiserError."""
@@ -114,7 +121,7 @@ class DenoisingResolver(HostResolver):
         share = self._film.half_passes / self._film.passes
         half = self._plain.first_half()
         apart = images["Emission"] if is_apart else None
-        found = picture_denoised(images, half, share, self._opened, self.features_first, apart)
+        found = picture_denoised(images, half, share, self._opened, self.ways, apart)
         images["Combined"] = np.concatenate([found.picture, plain[..., 3:]], axis=-1)
         self.by = found.by
 

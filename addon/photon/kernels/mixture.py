@@ -20,6 +20,23 @@ class SplitHalves(Kernel):
     }
 
 
+class FiltersCompared(Kernel):
+    """The means of what two filters make of both halves, and how much farther from the truth they
+    are than what the first one does."""
+
+    stem = "filters_compared"
+    inputs = {
+        "first": SUM,
+        "other": SUM,
+        "clean": SUM,
+        "other_clean": SUM,
+        "second_clean": SUM,
+        "second_other_clean": SUM,
+    }
+    outputs = {"mean": SUM, "other_mean": SUM, "worse": SUM}
+    uniforms = {"floor_light": Uniform("float")}  # what is darker is dark [the denoiser's unit]
+
+
 class MixtureTold(Kernel):
     """What the halves tell of each pixel: noise, gained, apart, and the square of what speaks for
     the plain picture."""
