@@ -59,12 +59,11 @@ _SIGNATURES: Mapping[str, tuple[Any, tuple[Any, ...]]] = {
 
 
 class Way(Enum):
-    """How pictures go by features: seen by way of glass, out of focus or at edges, these are noisy
-    themselves."""
+    """How pictures go by features, which are noisy at edges, by way of glass and out of focus."""
 
-    GIVEN = "as they are given"
-    FIRST = "filtered before, as pictures, by networks of a balanced quality"
-    BEST = "filtered before, as pictures, by the largest networks, which take 2.4 times as long"
+    GIVEN = "with their noise"
+    FILTERED = "without it, all by networks of a balanced quality"
+    LARGEST = "without it, all by the largest networks, which take 2.4 times as long"
 
 
 class DenoiserError(Exception):
@@ -286,7 +285,7 @@ class PreparedFilter:
             self._library.oidnSetFilterBool(rt, b"hdr", True)
             self._library.oidnSetFilterBool(rt, b"cleanAux", are_clean)
         for rt in self._filters.values():
-            if way is Way.FIRST:
+            if way is Way.FILTERED:
                 self._library.oidnSetFilterInt(rt, b"quality", _BALANCED)
             self._library.oidnCommitFilter(rt)
             self._check()

@@ -21,6 +21,7 @@ from .backends.backend import Backend
 from .backends.sizes import FIXED, TEXEL, Bytes, PhotonCounts, Pool
 from .errors import PhotonStreamError, SceneError, SettingsError
 from .eye.path import paths_together
+from .film.denoise import FEWEST_FOR_TWO
 from .film.strips import strips_of
 from .kernels.records import LIGHT, LIGHT_NODE, LIGHT_PLACE, VOXEL
 from .photons.mapper import pilot_photons
@@ -42,8 +43,9 @@ from .stage.textures import advice, bytes_of
 PICTURE = 96 + 40 + 2 * 96
 PLAIN_LOBES = 2  # textures that say what Phong's lobes are
 FEATURES = 3 * 24  # and of those of what denoisers go by
-# Denoising's: arrays, and what OpenImageDenoise takes, which works in tiles where that is more.
-DENOISED, DENOISER, MOST_DENOISER = 250, 740, 3 << 30
+# Denoising's, in one way and in two: arrays, and what OpenImageDenoise takes, which works in tiles
+# where that is more.
+DENOISED, DENOISER, MOST_DENOISER = (220, 250), (520, 740), 3 << 30
 STRIP = 500  # a strip's pixel's on the host: means and errors in float64
 # Of what is left for more paths; what they may take where nobody knows what there is [bytes].
 PART_OF_ROOM, ROOM_UNKNOWN = 4, 1 << 28
@@ -173,7 +175,8 @@ class Budget:
         host = PICTURE * count + STRIP * strip + settings.caller_bytes
         host += FEATURES * count * self._has_features
         if settings.denoise:
-            host += DENOISED * count + min(DENOISER * count, MOST_DENOISER)
+            are_two = settings.passes >= FEWEST_FOR_TWO[False]  # a GPU's are in its own memory
+            host += DENOISED[are_two] * count + min(DENOISER[are_two] * count, MOST_DENOISER)
         return (
             Part("pixels", count, Bytes(TEXEL * texels, host)),
             Part("photons", photons, sizes.photons(counts)),

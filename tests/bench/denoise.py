@@ -17,9 +17,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from addon.denoiser import Denoiser
+from addon.denoiser import Way
 from addon.photon.backends.backend import open_device
-from addon.photon.film.denoise import denoised
+from addon.photon.film.denoise import FEATURE_PORTS, Opened, picture_denoised
 from addon.photon.prepare import prepare
 from addon.photon.scene import Lens, Scene
 from addon.photon.settings import Settings
@@ -114,17 +114,18 @@ def time_it(sizes: tuple[tuple[int, int], ...] = ((256, 256), (1920, 1080))) -> 
     rng = np.random.default_rng(1)
     for width, height in sizes:
         plain, half = rng.random((2, height, width, 3), np.float32)
-        features = {"albedo": plain, "normal": half}
-        found = []
-        for _ in range(3):
-            start, spent = time.perf_counter(), time.process_time()
-            with Denoiser() as denoiser:
-                with denoiser.filtering(plain.shape, features) as filtered:
-                    denoised(plain, half, 0.5, [filtered])
-                about = denoiser.name
-            found.append((time.perf_counter() - start, time.process_time() - spent))
-        least, spent = np.min(found, axis=0)
-        print(f"{width}x{height}: {least:.2f} s, of processors {spent:.2f} s, {about}")
+        images = {"Combined": plain, **dict.fromkeys(FEATURE_PORTS.values(), half)}
+        for ways in ((Way.GIVEN,), (Way.GIVEN, Way.LARGEST)):
+            found = []
+            for _ in range(3):
+                start, spent = time.perf_counter(), time.process_time()
+                opened = Opened()
+                made = picture_denoised(images, half, 0.5, opened, lambda _, ways=ways: ways)
+                opened.release()
+                found.append((time.perf_counter() - start, time.process_time() - spent))
+            least, spent = np.min(found, axis=0)
+            size = f"{width}x{height} in {len(ways)}"
+            print(f"{size}: {least:.2f} s, of processors {spent:.2f} s, {made.by}")
 
 
 def main() -> None:

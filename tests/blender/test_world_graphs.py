@@ -95,7 +95,8 @@ def test_images_by_light_path(scene: bpy.types.Scene, export: Callable) -> None:
     most = {who: float(image.pixels.max()) for who, image in found.items()}
     assert most == {("camera",): pytest.approx(0.25), FOUND_BY[1:]: pytest.approx(0.5)}
     (entry,) = (e for e in report.of("approximated") if "World" in e.object)
-    assert "Gamma" in entry.feature and "for each" in entry.detail
+    assert "Gamma" in entry.feature and "one for each" in entry.detail
+    assert len(exported.images) == 2
 
 
 def test_what_nodes_have_for_their_outputs(scene: bpy.types.Scene, export: Callable) -> None:

@@ -131,7 +131,7 @@ def test_one_pass_tells_nothing() -> None:
 
 
 def test_without_noise_nothing_changes() -> None:
-    found = denoised(TRUTH, TRUTH, 0.5, [blurred])
+    found = denoised(TRUTH, TRUTH, 0.5, [blurred, blurred])
     assert np.array_equal(found.picture, TRUTH) and (found.left == 1.0).all()
 
 
@@ -143,5 +143,5 @@ def test_what_does_not_fit_is_named() -> None:
 
 def test_black() -> None:
     black = np.zeros(SHAPE, np.float32)
-    found = denoised(black, black, 0.5, [blurred])
+    found = denoised(black, black, 0.5, [blurred, np.zeros_like])
     assert not found.picture.any() and (found.left == 1.0).all()

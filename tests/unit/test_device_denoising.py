@@ -22,7 +22,7 @@ from addon.denoiser import (
 )
 from addon.denoiser.cuda import DRIVER
 from addon.photon.backends import backend as backend_module
-from addon.photon.film import device_denoising, resolver
+from addon.photon.film import denoise, device_denoising
 from addon.photon.film.device_denoising import DeviceDenoisingResolver
 from addon.photon.film.resolver import DenoisingResolver
 from addon.photon.prepare import prepare
@@ -46,6 +46,12 @@ def renderer(device: Device, resident: None, request: pytest.FixtureRequest) -> 
     made.release()
 
 
+def from_passes(passes: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Denoise in two ways from so many passes on, whatever denoises."""
+    for number in (False, True):
+        monkeypatch.setitem(denoise.FEWEST_FOR_TWO, number, passes)
+
+
 def both(renderer: Renderer) -> tuple[Any, Any]:
     """Images and error of the device, and of the host."""
     denoised = renderer._denoised
@@ -58,16 +64,15 @@ def both(renderer: Renderer) -> tuple[Any, Any]:
     return found[0], found[1]
 
 
-@pytest.mark.parametrize("ways", [(Way.GIVEN,), (Way.FIRST,), (Way.GIVEN, Way.BEST)])
+@pytest.mark.parametrize("ways", [(Way.GIVEN,), (Way.FILTERED,), (Way.GIVEN, Way.LARGEST)])
 def test_as_the_host_does(
     renderer: Renderer, ways: tuple[Way, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """To rounding, after any number of passes, and what is told of the error; the plain picture is
     another."""
     assert renderer._denoised
-    renderer._denoised._noisy_features = Way.FIRST in ways
-    compared = 2 if Way.BEST in ways else SETTINGS.passes + 1
-    monkeypatch.setattr(resolver, "FEWEST_TO_COMPARE", dict.fromkeys((False, True), compared))
+    renderer._denoised._noisy_features = Way.FILTERED in ways
+    from_passes(2 if Way.LARGEST in ways else SETTINGS.passes + 1, monkeypatch)
     for index in range(SETTINGS.passes):
         renderer.render_pass()
         if index in (0, 1, 2, 8):
@@ -76,7 +81,12 @@ def test_as_the_host_does(
                 np.testing.assert_allclose(ours[name], image, rtol=2e-5, atol=1e-6 * image.max())
             assert error.total == pytest.approx(true.total, rel=1e-4)
             assert error.bias == pytest.approx(true.bias, rel=1e-4)
-    assert renderer._denoised.ways == ways
+    with Denoiser() as denoiser:
+        assert renderer._denoised.ways(denoiser) == ways
+    if Way.LARGEST in ways:  # the mean of both is better
+        from_passes(SETTINGS.passes + 1, monkeypatch)
+        in_one_way = renderer._denoised.resolve(["Combined"])[0]["Combined"]
+        assert not np.array_equal(in_one_way, ours["Combined"])
     np.testing.assert_allclose(error.image, true.image, rtol=2e-3, atol=1e-4 * true.image.max())
     plain = renderer._resolver.resolve(["Combined"])[0]["Combined"]
     assert np.abs(plain - ours["Combined"]).max() > 0.01 * plain.max()
@@ -122,7 +132,7 @@ class _InPlace:
 
 
 def in_place(
-    renderer: Renderer, monkeypatch: pytest.MonkeyPatch
+    renderer: Renderer, monkeypatch: pytest.MonkeyPatch, two_ways: bool = False
 ) -> tuple[DeviceDenoisingResolver, device_denoising._Shared, Any]:
     """Who denoises in place from now on, features first; with what; and the same picture by way of
     the host."""
@@ -132,7 +142,7 @@ def in_place(
     for _ in range(FEWEST_PASSES):
         renderer.render_pass()
     denoised._may_share, denoised._noisy_features = False, True
-    assert denoised.ways == (Way.FIRST,)
+    from_passes(FEWEST_PASSES + (not two_ways), monkeypatch)
     by_way_of_host = denoised.resolve(["Combined"])[0]["Combined"]
     monkeypatch.setattr(Denoiser, "is_cuda", True)
     denoised._may_share = True
@@ -142,20 +152,21 @@ def in_place(
     return denoised, shared, by_way_of_host
 
 
+@pytest.mark.parametrize("two_ways", [False, True])
 def test_what_opengl_shares_with_the_denoiser(
-    renderer: Renderer, monkeypatch: pytest.MonkeyPatch
+    renderer: Renderer, monkeypatch: pytest.MonkeyPatch, two_ways: bool
 ) -> None:
     """Filtered in place it has the same bits as by way of the host."""
-    denoised, shared, by_way_of_host = in_place(renderer, monkeypatch)
+    denoised, shared, by_way_of_host = in_place(renderer, monkeypatch, two_ways)
     stand_in: Any = shared._shared
     filters = []
     for _ in range(2):  # the second with the filters of the first
         assert np.array_equal(denoised.resolve(["Combined"])[0]["Combined"], by_way_of_host)
-        filters += shared._filters.values()
-    assert len(filters) == 2 and filters[0] is filters[1] and denoised._may_share
+        filters.append(dict(shared._filters))
+    assert filters[0] == filters[1] and len(filters[0]) == 1 + two_ways and denoised._may_share
     shared._places = {}  # elsewhere than these know
     assert np.array_equal(denoised.resolve(["Combined"])[0]["Combined"], by_way_of_host)
-    assert shared._filters[Way.FIRST] is not filters[0]
+    assert shared._filters[Way.FILTERED] is not filters[0][Way.FILTERED]
     denoised._unshare()
     assert stand_in.released == 1 and not shared._filters
 

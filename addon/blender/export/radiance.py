@@ -281,8 +281,8 @@ def _evaluate(
     for image, share in made_by_told.values():
         total.add_image(node.name, image, share)
     _note_paths(graph, asked)
-    height, width = image.pixels.shape[:2]
-    of_each = "" if len(made_by_told) == 1 else " for each that Light Path tells apart"
+    height, width = max(image.pixels.shape[:2] for image, _ in made_by_told.values())
+    of_each = "" if len(made_by_told) == 1 else ", one for each that Light Path tells apart"
     detail = f"an image of {width} x {height} pixels stands for it{of_each}"
     graph.notes.approximated(graph.owner, f"{node.bl_label} '{node.name}'", detail)
 
@@ -295,8 +295,8 @@ def _image_found_by(
     at: int,
     asked: set[str],
 ) -> EnvironmentMap:
-    """What nodes make of every direction for one of FOUND_BY; `asked`: with what they ask of Light
-    Path."""
+    """What nodes make of every direction for one of FOUND_BY; what they ask of Light Path is added
+    to `asked`."""
     placed = placed_by(graph.context.camera)
 
     def stand_in(

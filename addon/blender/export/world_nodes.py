@@ -28,7 +28,7 @@ WIDTH, MOST_WIDTH = 1024, 4096  # [px] of what is evaluated: as much as its larg
 FINE_WIDTH = 2048  # as much where more than FINE of the picture are details of a pixel or two
 FINE = 0.02
 TIMEOUT = 120.0  # [s]
-KEPT = 8  # images of graphs that were evaluated last
+KEPT = 16  # images of graphs that were evaluated last: of one there may be four
 HAVE_THEIR_OWN = ("NORMAL", "RGB", "VALUE")  # types of nodes whose first output has a value
 # Types of nodes whose values depend on more than a direction.
 UNSUITED = {"CAMERA", "LIGHT_PATH", "SCRIPT", "UVALONGSTROKE"}
@@ -67,9 +67,9 @@ def evaluate(
     tell_negative: Callable[[], object] = lambda: None,
 ) -> Any:
     """The radiance or colour of an output in every direction, float32 (height, width, 3), as an
-    Environment Texture has it; `changes`: of the node's properties; `stand_in`: for nodes of others
-    than worlds; `least`: pixels across; `tell`: of images that are missing; `tell_negative`: that
-    some of it would be below 0, where it is 0. Raises Unsuited."""
+    Environment Texture has it; `changes`: of the node's properties; `stand_in`: for some nodes;
+    `least`: pixels across; `tell`: of images that are missing; `tell_negative`: that some of it
+    would be below 0, where it is 0. Raises Unsuited."""
     with tempfile.TemporaryDirectory() as folder:
         graph = _Description(Path(folder), stand_in, tell)
         graph.add(node, output, scope)

@@ -5,8 +5,9 @@ is denoised on its own, and native/src/mixture.rs mixes what comes of it with th
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
@@ -15,17 +16,22 @@ import photon_stream_native as native
 from numpy.typing import NDArray
 
 from ...denoiser import Denoiser, DenoiserError, Way
+from ..settings import FEWEST_PASSES
 from .error import DARK, Floats, dark_of
 
 Picture = NDArray[np.float32]
 Result = TypeVar("Result")
 Filter = Callable[[Picture], Picture]  # what takes a picture's noise out
+Ways = Callable[[Denoiser], Sequence[Way]]  # that a picture is denoised in: one or two
 
 FEATURE_PORTS = {"albedo": "Denoising Albedo", "normal": "Denoising Normal"}
+ROWS = 64  # of a picture, that are compared at once
+# Passes from which on there are two ways of denoising, by whether a GPU denoises: they take two to
+# five times as long as one, on a processor as long as a pass or two.
+FEWEST_FOR_TWO = {True: FEWEST_PASSES, False: 4 * FEWEST_PASSES}
 # Pixels on each side over which errors are averaged: those of fewer are too uncertain to go by, and
 # what the denoiser does well and what it spoils lies apart. 4 to 16 gain much the same.
 REACH = 6
-ROWS = 64  # of a picture, that are compared at once
 DIMMEST = -126  # exponent of what float32 has all digits of
 
 
@@ -42,7 +48,7 @@ def denoised(
     plain: Picture, half: Picture, share: float, filters: Iterable[Filter], unit: float = 1.0
 ) -> Denoised:
     """The mixture of a picture (h, w, 3) and of what one or two filters make of its halves: the
-    first, or the mean of both where the halves tell that this is better.
+    first, or the mean of both if the halves tell that all of it is closer to the truth then.
 
     `half`: the mean of the first half of its passes; `share`: of all passes, which are those. Of
     one pass, with a share of 1, nothing tells that the picture is better as it is. `unit`: the
@@ -53,22 +59,25 @@ def denoised(
         whole = next(iter(filters))(np.maximum(plain, np.float32(0.0)) / np.float32(unit))
         return Denoised(whole * np.float32(unit), np.ones(plain.shape[:2], np.float32))
     halves = native.split_halves(plain, half, share, unit)
-    clean, *others = ([np.ascontiguousarray(filtered(x)) for x in halves] for filtered in filters)
-    for other in others:
-        both = [(one + two) / np.float32(2.0) for one, two in zip(clean, other, strict=True)]
-        if is_better(both, clean, halves):
-            clean = both
+    dark = dark_of(float(plain.sum(dtype=np.float64)) / unit, plain.size // 3)
+    clean: list[Picture] = []
+    for filtered in filters:
+        other = [np.ascontiguousarray(filtered(one)) for one in halves]
+        if clean:
+            other = [(one + two) / np.float32(2.0) for one, two in zip(clean, other, strict=True)]
+        if not clean or is_better(other, clean, halves, dark):
+            clean = other
+    del other, halves
     of_halves = plain, half, share, clean[0], clean[1]
     return Denoised(*native.mix_halves(*of_halves, unit=unit, reach=REACH, dark=DARK))
 
 
 def is_better(
-    clean: Sequence[Picture], other: Sequence[Picture], halves: Sequence[Picture]
+    clean: Sequence[Picture], other: Sequence[Picture], halves: Sequence[Picture], dark: float
 ) -> bool:
     """Whether what is made of both halves is closer to the truth than what else is made of them:
-    each by the other half, whose noise it does not know (glsl/kernels/filters_compared.glsl)."""
-    light = sum(float(half.sum(dtype=np.float64)) for half in halves) / 2.0
-    dark = dark_of(light, halves[0].size // 3)
+    each by the other half, whose noise it does not know (glsl/kernels/filters_compared.glsl).
+    `dark`: the light that counts as dark. False where anything is not finite."""
     worse = 0.0
     for first in range(0, len(halves[0]), ROWS):
         rows = slice(first, first + ROWS)
@@ -114,7 +123,7 @@ def picture_denoised(
     half: Picture,
     share: float,
     opened: Opened,
-    ways: Sequence[Way] = (Way.GIVEN,),
+    ways: Ways = lambda _: (Way.GIVEN,),
     apart: Picture | None = None,
 ) -> Denoised:
     """Combined of `images` without its noise, as `denoised`: by OpenImageDenoise, which goes by the
@@ -126,13 +135,14 @@ def picture_denoised(
     features = {port: images[name] for port, name in FEATURE_PORTS.items()}
     unit = unit_of(float(plain.mean(dtype=np.float64)))
 
-    def filters_of(denoiser: Denoiser) -> Iterator[Filter]:
-        for way in ways:
+    def filters_of(denoiser: Denoiser) -> Generator[Filter, None, None]:
+        for way in ways(denoiser):
             with denoiser.filtering(plain.shape, features, way) as filtered:
                 yield filtered
 
     def by(denoiser: Denoiser) -> Denoised:
-        found = denoised(plain, half, share, filters_of(denoiser), unit)
+        with closing(filters_of(denoiser)) as filters:
+            found = denoised(plain, half, share, filters, unit)
         picture = found.picture if apart is None else found.picture + apart
         return replace(found, picture=picture, by=denoiser.name)
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """From a film to the denoised picture, on the device, which mixes what the denoiser makes of halves
 (native/src/mixture.rs). Where the denoiser is on the same GPU it reads and writes there; else the
-host carries four images to it, and two back."""
+host carries four images to it, and two back, in each way."""
 
 from __future__ import annotations
 
@@ -29,6 +29,10 @@ _X, _Y = (1, 0), (0, 1)
 _GIVEN = ("first", "other", "albedo", "normal")  # to the denoiser
 _PAIRS = {"first": "clean", "other": "other_clean"}  # what it makes of halves
 _SHARED = (*_GIVEN, *_PAIRS.values())
+
+
+# Writes what a denoiser makes of given halves, in a way.
+_Write = Callable[[Denoiser, Mapping[str, Stream], Mapping[str, Stream], Way], None]
 
 
 class _Lazily(Mapping[str, Texels]):
@@ -149,14 +153,28 @@ class DeviceDenoisingResolver(DenoisingResolver):
         self, given: Mapping[str, Stream], look: _Look, are_same: bool, mean: float
     ) -> dict[str, Stream]:
         """What the denoiser makes of both halves, as `denoised`; `are_same`: of one pass; `mean`:
-        of their light."""
+        of their light. Where they are, if it is on the same GPU."""
         halves = ("first",) if are_same else tuple(_PAIRS)
-        clean: dict[str, Stream] = {}
-        for way in self.ways:
-            made = {_PAIRS[half]: look.stream() for half in halves}
-            self._denoise(given, made, look, way)
-            clean = self._better(given, clean, made, look, mean) if clean else made
-        return {port: clean.get(port, clean["clean"]) for port in _PAIRS.values()}
+
+        def by(denoiser: Denoiser, write: _Write) -> dict[str, Stream]:
+            clean: dict[str, Stream] = {}
+            for way in self.ways(denoiser)[: len(halves)]:
+                made = {_PAIRS[half]: look.stream() for half in halves}
+                write(denoiser, given, made, way)
+                clean = self._better(given, clean, made, look, mean) if clean else made
+            self.by = denoiser.name
+            return {port: clean.get(port, clean["clean"]) for port in _PAIRS.values()}
+
+        if self._may_share:
+            try:
+                denoiser = self._opened.denoiser()
+                if denoiser.is_cuda:
+                    self._shared = self._shared or _Shared(self._device, look.shape)
+                    return by(denoiser, self._shared.denoise)
+            except (CudaError, DenoiserError):
+                self._may_share = False
+                self._unshare()
+        return by_any(self._opened, lambda denoiser: by(denoiser, look.denoise))
 
     def _better(
         self,
@@ -178,44 +196,6 @@ class DeviceDenoisingResolver(DenoisingResolver):
         for stream in (worse, *second.values()):
             look.put_back(stream)
         return dict(zip(_PAIRS.values(), both.values(), strict=True)) if found < 0.0 else clean
-
-    def _denoise(
-        self, given: Mapping[str, Stream], made: Mapping[str, Stream], look: _Look, way: Way
-    ) -> None:
-        """Write what the denoiser makes of halves."""
-        if self._denoise_there(given, made, look, way):
-            return
-        read = {name: partial(look.read, stream) for name, stream in given.items()}
-        features = _Lazily({name: read[name] for name in FEATURE_PORTS})
-
-        def by(denoiser: Denoiser) -> list[Texels]:
-            self.by = denoiser.name
-            shape = *look.shape, 4
-            with denoiser.filtering(shape, features, way) as filtered:
-                return [filtered(read[half]()) for half, port in _PAIRS.items() if port in made]
-
-        for stream, texels in zip(made.values(), by_any(self._opened, by), strict=True):
-            stream.upload(texels)
-
-    def _denoise_there(
-        self, given: Mapping[str, Stream], made: Mapping[str, Stream], look: _Look, way: Way
-    ) -> bool:
-        """The same on the GPU that both are on; whether it could be done."""
-        if not self._may_share:
-            return False
-        try:
-            denoiser = self._opened.denoiser()
-            if not denoiser.is_cuda:
-                return False
-            if self._shared is None:
-                self._shared = _Shared(self._device, look.shape)
-            self._shared.denoise(denoiser, given, made, way)
-        except (CudaError, DenoiserError):
-            self._may_share = False
-            self._unshare()
-            return False
-        self.by = denoiser.name
-        return True
 
     def _unshare(self) -> None:
         shared, self._shared = self._shared, None
@@ -329,6 +309,22 @@ class _Look:
         """Texels (h, w, 4), which may be gone at the next call."""
         count = self._size[0] * self._size[1]
         return self._device.shown(stream.texture, count).reshape(*self.shape, 4)
+
+    def denoise(
+        self,
+        denoiser: Denoiser,
+        given: Mapping[str, Stream],
+        made: Mapping[str, Stream],
+        way: Way,
+    ) -> None:
+        """As _Shared.denoise, by way of the host."""
+        read = {name: partial(self.read, stream) for name, stream in given.items()}
+        features = _Lazily({name: read[name] for name in FEATURE_PORTS})
+        halves = [half for half, port in _PAIRS.items() if port in made]
+        with denoiser.filtering((*self.shape, 4), features, way) as filtered:
+            found = [filtered(read[half]()) for half in halves]
+        for stream, texels in zip(made.values(), found, strict=True):
+            stream.upload(texels)
 
     def release(self) -> None:
         """Put all back."""

@@ -10,18 +10,15 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ...denoiser import Way
+from ...denoiser import Denoiser, Way
 from ..settings import FEWEST_PASSES
-from .denoise import Opened, picture_denoised
+from .denoise import FEWEST_FOR_TWO, Opened, picture_denoised
 from .error import Error, error_of
 from .film import Statistics
 from .picture import FEATURES, OF_HALVES, first_half, images_for, picture_of
 from .strips import StripFilm
 
 Picture = dict[str, NDArray[np.float32]]
-# Passes from which on there are two ways of denoising, by whether a GPU denoises: they take two to
-# five times as long as one, on a processor as long as a pass or two.
-FEWEST_TO_COMPARE = {True: FEWEST_PASSES, False: 4 * FEWEST_PASSES}
 # What tells the error of a picture, as long as its film has no more passes: half of a look's time
 # goes there, and who only looks need not wait for it.
 Telling = Callable[[], Error]
@@ -103,14 +100,13 @@ class DenoisingResolver(HostResolver):
         super().__init__(film)
         self._plain, self._opened, self._noisy_features = plain, opened, noisy_features
 
-    @property
-    def ways(self) -> tuple[Way, ...]:
-        """Of denoising. By features that are filtered of few rays lamps in glass come out too
+    def ways(self, denoiser: Denoiser) -> tuple[Way, ...]:
+        """Of denoising now. By features that are filtered of few rays lamps in glass come out too
         wide."""
         passes = self._film.passes
-        if passes >= FEWEST_TO_COMPARE[self._opened.denoiser().is_on_gpu]:
-            return Way.GIVEN, Way.BEST
-        return (Way.FIRST if self._noisy_features and passes >= FEWEST_PASSES else Way.GIVEN,)
+        way = Way.FILTERED if self._noisy_features and passes >= FEWEST_PASSES else Way.GIVEN
+        are_two = passes >= FEWEST_FOR_TWO[denoiser.is_on_gpu]
+        return (way, Way.LARGEST) if are_two else (way,)
 
     def resolve(self, wanted: Collection[str]) -> tuple[Picture, Telling]:
         """As Resolver's. Raises DenoiserError."""

@@ -73,14 +73,14 @@ def importance_of(
     wide: float,
     direct_by_photons: bool,
 ) -> Importance | None:
-    """Trace photons of a pass; None if none of them is of any use. `wide`: as of View.cells;
+    """Trace photons of a pass; None if none of them is of any use. `wide`: as of `View.cells`;
     `direct_by_photons`: they bring the direct light, too.
 
     A light of n photons adds a / n to the irradiance's relative variance in each cell, of which a
     photon that brings a share of the cell's flux tells the share's square. Direct light, which has
     no such noise, is part of that flux.
     """
-    landed, shown = trace_few(mapper, index, photons), view.in_cells(wide)
+    landed, shown = trace_few(mapper, index, photons), view.cells(wide)
     cell, count = shown.at(landed.places), len(shown.numbers)
     there = np.flatnonzero(cell >= 0)
     first = 0 if direct_by_photons else landed.first

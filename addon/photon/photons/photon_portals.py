@@ -22,7 +22,7 @@ from ..stage.tables import Tables
 from .landed import Landed, trace_few
 from .mapper import Mapper
 from .portals import LIFT, NO_PORTALS, sphere
-from .view import Doubles, Shown, View
+from .view import Doubles, ShownCells, View
 
 AROUND = 256  # rays from the eye
 MOST_ASKED = 8  # lamps, the strongest
@@ -61,7 +61,7 @@ def portals_by(mapper: Mapper, tables: Tables, view: View, index: int) -> NDArra
 
     Paths tell where portals are best that were found by first ones, of which there are few.
     """
-    shown = view.in_cells(WIDE, by_side=True)
+    shown = view.cells(WIDE, by_side=True)
     plain = landed = _landed(mapper, index, shown)
     totals = _totals([plain], shown)
     if not _is_promising(plain, totals):
@@ -91,7 +91,7 @@ class _Landed(Landed):
     shown: Doubles  # (k,) their flux
 
 
-def _landed(mapper: Mapper, index: int, shown: Shown) -> _Landed:
+def _landed(mapper: Mapper, index: int, shown: ShownCells) -> _Landed:
     """Trace few photons of a pass."""
     found = trace_few(mapper, index, PHOTONS)
     at = shown.at(found.places[found.first :], found.facing[found.first :])
@@ -100,7 +100,7 @@ def _landed(mapper: Mapper, index: int, shown: Shown) -> _Landed:
     return _Landed(**vars(found), rows=rows, at=at[there].astype(np.intp), shown=found.flux[rows])
 
 
-def _totals(passes: list[_Landed], shown: Shown) -> Doubles:
+def _totals(passes: list[_Landed], shown: ShownCells) -> Doubles:
     """(c,) what the squares of fluxes in cells count, by the strict measure: by the mean of passes,
     as none knows of all that others bring."""
     count, total = len(shown.numbers), np.zeros(len(shown.numbers))

@@ -3,9 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 import photon_stream_native as native
@@ -21,10 +20,11 @@ Doubles = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Shown:
+class ShownCells:
     """Cells of what the picture shows."""
 
-    numbers_at: Callable[..., NDArray[np.int64]]  # of cells, by places and what is there
+    width: float  # at distance 1 from the eye
+    eye: list[float] | None
     numbers: NDArray[np.int64]  # (c,) of these, in order
     seen: Doubles  # (c,) how much is seen of each
 
@@ -33,7 +33,8 @@ class Shown:
     ) -> NDArray[np.int32]:
         """Which of them places (n, 4) of photons are in, (n,), or -1; `facing` (n,): their packed
         normals, where cells are by side."""
-        return native.cells_among(self.numbers, self.numbers_at(places, facing=facing))
+        own = native.view_cells(places, self.width, self.eye, facing)
+        return native.cells_among(self.numbers, own)
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,7 @@ class View:
     weights: Doubles  # (n,) how much of a pixel each is
 
     @cached_property
-    def _shown(self) -> NDArray[np.float32]:
+    def _texels(self) -> NDArray[np.float32]:
         """(n, 4) the places, as photons' are."""
         return np.column_stack([self.places, np.zeros(len(self.places))]).astype(np.float32)
 
@@ -62,23 +63,15 @@ class View:
         """How far the nearer ones are from the eye, or 1."""
         return float(np.quantile(self.away(self.places), NEAR))
 
-    def in_cells(self, wide: float, by_side: bool = False) -> Shown:
-        """The cells of the places; `wide`: times as wide as they would be; `by_side`: where cells
-        are of what faces about one way."""
+    def cells(self, wide: float, by_side: bool = False) -> ShownCells:
+        """Those of the places; `wide`: times as wide as they would be; `by_side`: where cells are
+        of what faces about one way, so that one place has six. Few share a number by chance."""
         normals = native.pack_directions(self.normals.astype(np.float32)) if by_side else None
-        numbers, own = np.unique(self._cells(self._shown, wide, normals), return_inverse=True)
-        seen: Doubles = np.bincount(own, self.weights, len(numbers)).astype(np.float64)
-        return Shown(partial(self._cells, wide=wide), numbers, seen)
-
-    def _cells(
-        self,
-        places: NDArray[np.float32],
-        wide: float,
-        facing: NDArray[np.float32] | None,
-    ) -> NDArray[np.int64]:
-        """Numbers (n,) of those that places (n, 4) of photons are in; `facing` (n,): packed
-        normals, by which one place has six. Few share one by chance."""
-        return native.view_cells(places, CELL_WIDTH * wide * self.pixel, self.eye, facing)
+        width = CELL_WIDTH * wide * self.pixel
+        own = native.view_cells(self._texels, width, self.eye, normals)
+        numbers, which = np.unique(own, return_inverse=True)
+        seen: Doubles = np.bincount(which, self.weights, len(numbers)).astype(np.float64)
+        return ShownCells(width, self.eye, numbers, seen)
 
     def away(self, places: Doubles) -> Doubles:
         """How far they are from the eye, or 1."""

@@ -94,18 +94,23 @@ class Media:
 
     def around(self, places: Array, mesh: Mesh, ray: str) -> NDArray[np.float32]:
         """Which media places (n, 3) are in, (n, 2) as MEDIUM has it, for rays of a name, to which
-        some surfaces are not visible: as in Cycles of a surface in whose box they are, and which a
-        ray upward meets from behind first."""
+        some surfaces are not visible: of a surface in whose box they are, and which a ray upward
+        meets from behind first. (Cycles asks for the box of any that holds a medium.)"""
         inside = np.zeros((len(places), MOST_MEDIA), np.int64)
         inside[:, 0] = self.air
         triangles = mesh.triangles
         numbers = self.of_materials[triangles["material"].astype(np.int64)]
+        surfaces = np.unique(triangles["surface"][numbers > 0]).astype(np.int64)
+        low, high = _boxes(triangles, surfaces)
         for number in np.unique(numbers[numbers > 0]):
             of_number = triangles[numbers == number]
             for surface in np.unique(of_number["surface"]).astype(np.int64):
                 if self._visible.size and not self._visible[surface] & RAY_BITS[ray]:
                     continue
-                there = _within(places, triangles[triangles["surface"] == surface])
+                at = np.searchsorted(surfaces, surface)
+                there = ((places >= low[at]) & (places <= high[at])).all(axis=1)
+                if not there.any():
+                    continue
                 own = of_number[of_number["surface"] == surface]
                 there[there] = below_backs(places[there], _corners(own))
                 free = inside.argmin(axis=1)
@@ -131,11 +136,15 @@ class Media:
         return table
 
 
-def _within(places: Array, triangles: NDArray[Any]) -> NDArray[np.bool_]:
-    """(n,) which places (n, 3) are in the box about triangles: none is in that of a plane."""
-    low, high = (f(_corners(triangles), axis=(0, 1)) for f in (np.min, np.max))
-    found: NDArray[np.bool_] = ((places >= low) & (places <= high)).all(axis=1)
-    return found
+def _boxes(triangles: NDArray[Any], surfaces: NDArray[np.int64]) -> tuple[Array, Array]:
+    """The lowest and highest corners (s, 3) of the boxes about all triangles of surfaces (s,), in
+    order."""
+    own = triangles[np.isin(triangles["surface"], surfaces)]
+    which, corners = np.searchsorted(surfaces, own["surface"]), _corners(own)
+    low, high = (np.full((len(surfaces), 3), x) for x in (np.inf, -np.inf))
+    np.minimum.at(low, which, corners.min(axis=1))
+    np.maximum.at(high, which, corners.max(axis=1))
+    return low, high
 
 
 def _corners(triangles: NDArray[Any]) -> Array:
