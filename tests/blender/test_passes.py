@@ -80,7 +80,7 @@ def test_mist_and_what_shines_as_in_cycles(room, tmp_path, falloff) -> None:
     glow = shader_material("ShaderNodeEmission", "Glow", Color=(1.0, 0.5, 0.2, 1.0), Strength=3.0)
     for name, material, at, scale in (
         ("Veil", veil, (1.5, 0.5, 4.0), 1.5),
-        ("Lit", glow, (-2.0, -0.5, 1.0), 0.8),
+        ("Lit", glow, (-2.0, -0.5, 1.5), 1.4),  # of so many pixels that one at its edge says little
     ):
         add_mesh(name, scale=(scale,) * 3, location=at).data.materials.append(material)
     layer, mist = room.view_layers[0], room.world.mist_settings
