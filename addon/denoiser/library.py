@@ -228,7 +228,7 @@ class Denoiser:
         shape: tuple[int, int],
         places: Mapping[str, int],
         pictures: Mapping[str, str],
-        way: Way = Way.GIVEN,
+        way: Way,
     ) -> PreparedFilter:
         """What filters pictures (h, w, 4) where they are on the device: `places` of "albedo", of
         "normal", and of pictures, of each of which the mapping says into which it is filtered."""

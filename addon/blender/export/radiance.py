@@ -271,13 +271,13 @@ def _evaluate(
     anything is added."""
     asked: set[str] = set()
     made_by_told: dict[tuple[float, ...], tuple[EnvironmentMap, Factor]] = {}
-    for at in np.flatnonzero(np.broadcast_to(factor, ONE.shape).any(axis=1)):
+    for at in np.flatnonzero(factor.any(axis=1)):
         told = tuple(_path_tells(name, at) for name in sorted(asked))
         if told not in made_by_told:
             image = _image_found_by(graph, node, output, scope, at, asked)
             told = tuple(_path_tells(name, at) for name in sorted(asked))
             made_by_told[told] = image, np.zeros_like(ONE)
-        made_by_told[told][1][at] = np.broadcast_to(factor, ONE.shape)[at]
+        made_by_told[told][1][at] = factor[at]
     for image, share in made_by_told.values():
         total.add_image(node.name, image, share)
     _note_paths(graph, asked)

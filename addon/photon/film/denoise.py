@@ -123,7 +123,7 @@ def picture_denoised(
     half: Picture,
     share: float,
     opened: Opened,
-    ways: Ways = lambda _: (Way.GIVEN,),
+    ways: Ways,
     apart: Picture | None = None,
 ) -> Denoised:
     """Combined of `images` without its noise, as `denoised`: by OpenImageDenoise, which goes by the

@@ -29,8 +29,6 @@ _X, _Y = (1, 0), (0, 1)
 _GIVEN = ("first", "other", "albedo", "normal")  # to the denoiser
 _PAIRS = {"first": "clean", "other": "other_clean"}  # what it makes of halves
 _SHARED = (*_GIVEN, *_PAIRS.values())
-
-
 # Writes what a denoiser makes of given halves, in a way.
 _Write = Callable[[Denoiser, Mapping[str, Stream], Mapping[str, Stream], Way], None]
 
