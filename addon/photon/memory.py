@@ -9,6 +9,7 @@ its own, and makes room.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,11 +17,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ..streams import TABLE_WIDTH
+from ..streams import MOST_PARTS, TABLE_WIDTH
 from .backends.backend import Backend
 from .backends.sizes import FIXED, TEXEL, Bytes, PhotonCounts, Pool
 from .errors import PhotonStreamError, SceneError, SettingsError
-from .eye.path import paths_together
+from .eye.path import POINTS_TOGETHER, paths_together
 from .film.denoise import FEWEST_FOR_TWO
 from .film.strips import strips_of
 from .kernels.records import LIGHT, LIGHT_NODE, LIGHT_PLACE, VOXEL
@@ -49,6 +50,7 @@ DENOISED, DENOISER, MOST_DENOISER = (220, 250), (520, 740), 3 << 30
 STRIP = 500  # a strip's pixel's on the host: means and errors in float64
 # Of what is left for more paths; what they may take where nobody knows what there is [bytes].
 PART_OF_ROOM, ROOM_UNKNOWN = 4, 1 << 28
+DEPOSITS_TOGETHER = 1 << 25  # of passes that are rendered together, at most
 MOST_GUESSED = 4.0  # deposits a photon, before any was traced
 TANGENTS = 3 * TEXEL  # and as much on the host
 
@@ -118,8 +120,10 @@ class Budget:
         self._seen_send_rays = seen_send_rays(scene, settings, self._materials)
         self._strip = strips_of(settings.frame_region, backend.strip_pixels)[0].size
         self._pools = backend.sizes.pools(free_host_memory())
-        self.together = 1  # paths whose light is looked for together
+        self.passes = self.together = 1  # that are rendered together, and paths of theirs
         self.check()
+        if backend.works_alone and not (scene.moving or scene.camera.motion):
+            self.passes = self._passes_together()
         if backend.works_alone and self._has_chains:
             self.together = self._paths_together()
 
@@ -137,10 +141,24 @@ class Budget:
         """As many as fit in a part of what else the render leaves: they only save time."""
         spare, (width, height) = self.spare(self._deposits(None)), self._strip
         room = ROOM_UNKNOWN if spare is None else spare // PART_OF_ROOM
-        more = room // (TEXEL * self.path_textures * width * height)
+        more = room // (TEXEL * self.path_textures * width * height * self.passes)
         settings = self._settings
         bounces = settings.mirror_depth + settings.transparent_depth * self._is_transparent
-        return min(1 + max(more, 0), 1 + bounces, paths_together(self._strip))
+        most = paths_together((width, height * self.passes))
+        return min(1 + max(more, 0), 1 + bounces, most)
+
+    def _passes_together(self) -> int:
+        """Passes, likewise. Splats are drawn pass by pass."""
+        settings, rows = self._settings, self._device.texture_limit // self._strip[1]
+        if settings.estimator == "splat":
+            return 1
+        photons = settings.photons_a_pass * self._has_photons
+        alone, two = (self.needed(passes=passes) for passes in (1, 2))
+        spare = self.spare(self._deposits(None))
+        room = ROOM_UNKNOWN if spare is None else max(spare, 0) // PART_OF_ROOM
+        deposits = max(1, math.ceil(photons * max(1.0, self._deposits(None))))
+        most = POINTS_TOGETHER // self._pixels, DEPOSITS_TOGETHER // deposits
+        return max(1, min(MOST_PARTS, 1 + room // (two - alone), *most, rows))
 
     def spare(self, deposits: float) -> int | None:
         """What a render leaves of where its deposits are [bytes]; None: unknown."""
@@ -150,17 +168,19 @@ class Budget:
         taken = sum(pool.taken(part.size) for part in self.parts(deposits))
         return int(pool.free - pool.fixed - taken)
 
-    def needed(self, deposits: float | None = None) -> int:
-        """All of it, wherever [bytes]."""
-        return FIXED + int(sum(sum(part.size) for part in self.parts(deposits)))
+    def needed(self, deposits: float | None = None, passes: int | None = None) -> int:
+        """All of it, wherever [bytes]; with so many passes together."""
+        return FIXED + int(sum(sum(part.size) for part in self.parts(deposits, passes)))
 
-    def parts(self, deposits: float | None = None) -> tuple[Part, ...]:
-        """What pixels, photons and triangles take."""
+    def parts(self, deposits: float | None = None, passes: int | None = None) -> tuple[Part, ...]:
+        """What pixels, photons and triangles take; with so many passes together."""
+        passes = self.passes if passes is None else passes
         settings, count, sizes = self._settings, self._pixels, self._sizes
         photons = settings.photons_a_pass if self._has_photons else 0
         counts = PhotonCounts(
-            (photons, pilot_photons(settings)) if photons else (0,),
-            self._deposits(deposits) * photons,
+            (passes * photons, photons, pilot_photons(settings)) if photons else (0,),
+            self._deposits(deposits) * photons * passes,
+            passes,
             settings.photon_bounces + 1,
             self._lobes > 0,
             (self._has_media or self._has_glass) + 2 * self._scatters,
@@ -170,7 +190,7 @@ class Budget:
         strip, images = self._strip[0] * self._strip[1], self._image_pixels
         textures = self.strip_textures + self.going_on
         textures += (self.together - 1) * self.path_textures
-        texels = self.film_textures * count + textures * strip
+        texels = self.film_textures * count + textures * strip * passes
         texels += sizes.waiting(count, strip)
         host = PICTURE * count + STRIP * strip + settings.caller_bytes
         host += FEATURES * count * self._has_features

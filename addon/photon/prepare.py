@@ -161,7 +161,7 @@ class _Preparation:
         with self._phases.timed("programs"):
             mapper = self._mapper(device_scene, needs) if needs.photons else None
             strips = strips_of(settings.frame_region, backend.strip_pixels)
-            seen = self._scene, settings, needs, strips[0].size, budget.together
+            seen = self._scene, settings, needs, strips[0].size, budget.together, budget.passes
             eye = Eye(backend, tables, device_scene.frame, *seen)
             self._own.append(eye.release)
             eye.prepare()
@@ -190,7 +190,7 @@ class _Preparation:
             if mapper and estimators:
                 photons = self._photons(mapper, *estimators, device_scene, eye, budget)
         made = eye, images, film, resolver, denoised, photons
-        return Parts(backend, device_scene, needs, *made, self._phases, self._own)
+        return Parts(backend, device_scene, needs, *made, budget.passes, self._phases, self._own)
 
     def _find_room(self) -> Budget:
         """The budget; what only makes a render start sooner goes where there is no room for it."""
@@ -271,7 +271,7 @@ class _Preparation:
         eye = Eye(self._backend, tables, frame, scene, settings, bare, region[2:])
         eye.prepare()
         found = []
-        path: Path | None = eye.send(0, region)
+        path: Path | None = eye.send(range(1), region)
         while path and path.alive:
             eye.shade(path)
             found.append(eye.gathering(path))
@@ -293,7 +293,8 @@ class _Preparation:
         backend, settings = self._backend, self._settings
         with self._phases.timed("radius"):
             if settings.radius:
-                field = RadiusField.even(self._device, settings.radius / device_scene.frame.scale)
+                radius = settings.radius / device_scene.frame.scale
+                field = RadiusField.even(self._device, radius, settings.photons_a_pass)
             else:
                 field = self._find_radii(mapper, device_scene.mesh, eye, budget)
         find = partial(self._find_again, mapper, device_scene.mesh, eye)
@@ -344,7 +345,8 @@ class _Preparation:
         sides, box = grids()
         area = min(mesh.area, box)
         limits = limits_by(wanted, times, deposits.count, area, pixel, place)
-        field = RadiusField(self._backend.radii(deposits, sides, limits))
+        radii = self._backend.radii(deposits, sides, limits)
+        field = RadiusField(radii, landed * photons_a_pass)
         self._kept.leave_room(budget.spare(landed))  # while a GPU makes them
         return field
 

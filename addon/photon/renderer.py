@@ -48,6 +48,7 @@ class Parts:
     resolver: Resolver
     denoised: DenoisingResolver | None
     photons: Photons | None
+    together: int  # passes that are rendered together at most
     phases: Phases
     own: list[Callable[[], None]]  # what releases them
 
@@ -68,7 +69,7 @@ class Renderer:
         self.triangles = len(parts.device_scene.mesh.triangles)
         self.eye, self.film, self.photons = parts.eye, parts.film, parts.photons
         self._images, self._resolver, self._denoised = parts.images, parts.resolver, parts.denoised
-        self._phases, self._own = parts.phases, parts.own
+        self._phases, self._own, self._together = parts.phases, parts.own, parts.together
         self._first_normals: list[moderngl.Buffer] = []  # and depths, of each strip: not read yet
         # Nothing seen, until the first pass; a mean over passes would mix objects.
         x0, y0, x1, y1 = settings.frame_region
@@ -77,23 +78,40 @@ class Renderer:
 
     def render_pass(self) -> None:
         """Add the next pass to the film."""
+        self.render_passes(1)
+
+    def render_passes(self, most: int) -> int:
+        """Add the next passes to the film: as many as the device renders together, but no more than
+        `most`; how many. Of a pass that is the same picture, to the bit, as by itself."""
         self.device.use()
+        passes = self.passes_together(most)
         try:
             with self._phases.timed("eye"):
-                self._render(self.settings.first_pass + self.film.passes)
+                self._render(passes, most)
             self.device.check()
         except StreamError as error:
             raise DeviceError(str(error)) from error
+        return len(passes)
 
-    def _render(self, index: int) -> None:
+    def passes_together(self, most: int, after: int = 0) -> range:
+        """The passes that are rendered next, or after so many more. A GPU waits less for few
+        threads that take long where there are more others. No more than there are already: somebody
+        waits for the first ones."""
+        done = self.film.passes + after
+        index = self.settings.first_pass + done
+        passes = range(index, index + max(1, min(most, self._together, done)))
+        return self.photons.together(passes) if self.photons else passes
+
+    def _render(self, passes: range, most: int) -> None:
         with self._phases.timed("bvh"):
             self._device_scene = self._device_scene.at(
-                instant(self.settings, index, self.scene.shutter)
+                instant(self.settings, passes.start, self.scene.shutter)
             )
-        photons = self.photons.start(index) if self.photons else None  # launched, not awaited
+        photons = self.photons.start(passes) if self.photons else None  # launched, not awaited
         for number, strip in enumerate(self.film.strips):
-            image = self._images.begin()
-            path: Path | None = self.eye.send(index, strip.region)
+            path: Path | None = self.eye.send(passes, strip.region)
+            assert path
+            image = self._images.begin(path)
             while path and path.alive:
                 paths = self.eye.follow(path)
                 self.eye.look(paths, photons)
@@ -101,11 +119,17 @@ class Renderer:
                     image.add(each)
                 path = self.eye.scatter(paths[-1])
                 if path and self.photons and strip is self.film.strips[-1]:
-                    self.photons.prefetch(index + 1)  # while the host waits for what is alive
+                    # While the host waits for what is alive.
+                    self.photons.prefetch(self._following(passes, most))
             images = image.finish()
             if self.film.passes == 0:
                 self._first_normals.append(images["normal"].copy())
-            self.film.add(number, images)
+            self.film.add(number, images, len(passes))
+
+    def _following(self, passes: range, most: int) -> range:
+        """The passes after some, if as many are asked for again; none after the last one."""
+        after = self.passes_together(most, len(passes))
+        return range(after.start, min(after.stop, self.settings.first_pass + self.settings.passes))
 
     def images(self, wanted: Collection[str] | None = None, is_preview: bool = False) -> Picture:
         """The picture so far, of it what is wanted, or all; see `picture_of`. Depth (h, w, 1) [m]

@@ -54,10 +54,13 @@ class TakesRenderer(Renderer):
             for take, part in zip(takes, parts, strict=True)
         ]
 
-    def render_pass(self) -> None:
-        """Add the next pass of every take to its film."""
+    def render_passes(self, most: int) -> int:
+        """Add the next passes of every take to its film; how many."""
         for renderer in self._of_takes:
-            renderer.render_pass()
+            most = min(most, len(renderer.passes_together(most)))
+        for renderer in self._of_takes:
+            renderer.render_passes(most)
+        return most
 
     def images(self, wanted: Collection[str] | None = None, is_preview: bool = False) -> Picture:
         """As Renderer.images, and the light groups'; each take is denoised on its own."""

@@ -3,22 +3,26 @@
 
 A `Stream` is a fixed-size 2D array of records; a `Kernel` is a GLSL function that runs once an
 element, reads streams and writes others; a `DrawKernel` draws items over the elements that they add
-to. How that happens is the physical layer's business.
+to. How that happens is the physical layer's business. Where a GPU would wait for few elements, a
+stream holds several parts, one above the other, of which each may have uniforms of its own.
 """
 
 from .by_defines import ByDefines
 from .compute import Compaction, Program, Scan
 from .count import Count
 from .declaration import (
+    MOST_PARTS,
     TABLE_WIDTH,
     Declaration,
     Defines,
     Items,
+    OfParts,
     Ports,
     Table,
     Uniform,
     When,
     in_registers,
+    of_parts,
 )
 from .device import Device
 from .draw import DrawKernel
@@ -31,6 +35,7 @@ from .stream import TEXEL, PingPong, Stream
 from .tally import Tally
 
 __all__ = [
+    "MOST_PARTS",
     "TABLE_WIDTH",
     "TEXEL",
     "ByDefines",
@@ -44,6 +49,7 @@ __all__ = [
     "Items",
     "Kernel",
     "Made",
+    "OfParts",
     "PingPong",
     "Ports",
     "Program",
@@ -57,4 +63,5 @@ __all__ = [
     "Uniform",
     "When",
     "in_registers",
+    "of_parts",
 ]

@@ -21,6 +21,7 @@ GROUPS = {
 TABLE_WIDTH = 4096  # texels, a power of two; glsl/lib/table.glsl
 FIRST_LIST = 1  # storage buffer binding; 0 counts who is alive
 MOST_OUTPUTS = 8  # what OpenGL guarantees of draw buffers, and of image units in compute programs
+MOST_PARTS = 8  # of a stream, one above the other; glsl/lib/of_part.glsl tells no more apart
 
 Defines = Mapping[str, int | float]
 Item = TypeVar("Item")
@@ -28,9 +29,20 @@ Item = TypeVar("Item")
 
 @dataclass(frozen=True)
 class Uniform:
-    """A value that is the same for every element."""
+    """A value that is the same for every element, or for all of a part: a stream may hold several
+    things of one kind, such as passes, in as many rows each. GLSL knows an element's by `part`."""
 
     kind: str  # GLSL type
+    of_parts: bool = False  # each may have its own, in compute programs
+
+
+class OfParts(tuple[Any, ...]):
+    """A uniform's values, one of each part of a stream."""
+
+
+def of_parts(values: Sequence[Any]) -> Any:
+    """A uniform's value by those of the parts, where there may be but one part."""
+    return values[0] if len(values) == 1 else OfParts(values)
 
 
 @dataclass(frozen=True)
@@ -126,8 +138,10 @@ class Declaration:
             lines.insert(1, _SHUFFLES)
         if compute:
             lines.append(_compute_prelude(GROUPS[threads][lanes], threads))
+            lines.append(_parts(self.of_parts) if self.of_parts else _ONE_PART)
         else:
             lines.append("ivec2 element() { return ivec2(gl_FragCoord.xy); }")
+            lines.append(_ONE_PART)
         lines.append(_LANES if lanes > 1 else _ONE_LANE)
         lines.append("int element_index() { return element().y * stream_size.x + element().x; }")
         for name, record in self.inputs.items():
@@ -139,9 +153,12 @@ class Declaration:
         lines += self._outputs(compute, lanes)
         return "\n".join(lines)
 
-    def common_header(
-        self, version: int, defines: Defines, lists_in_buffers: bool = False
-    ) -> list[str]:
+    @property
+    def of_parts(self) -> list[str]:
+        """The uniforms of which each part of a stream may have its own."""
+        return [name for name, uniform in self.uniforms.items() if uniform.of_parts]
+
+    def common_header(self, version: int, defines: Defines, compute: bool = False) -> list[str]:
         """Lines of every stage: records, uniforms and tables."""
         records = records_of({**self.inputs, **self.outputs}, self.tables)
         records |= {record.name: record for record in self.records}
@@ -150,11 +167,16 @@ class Declaration:
         lines.append(_BEFORE_400)
         lines += [record.glsl() for record in records.values()]
         lines.append("uniform ivec2 stream_size;")
-        lines += [f"uniform {u.kind} {name};" for name, u in self.uniforms.items()]
+        for name, uniform in self.uniforms.items():
+            if compute and uniform.of_parts:
+                lines.append(f"uniform {uniform.kind} {name}_of[{MOST_PARTS}];")
+                lines.append(f"{uniform.kind} {name};")
+            else:
+                lines.append(f"uniform {uniform.kind} {name};")
         lines += declare_tables(self.tables)
         lists = [(name, t.kind) for name, t in self.tables.items() if isinstance(t, Items)]
         for binding, (name, kind) in enumerate(lists, FIRST_LIST):
-            if lists_in_buffers:
+            if compute:
                 lines += _list_in_buffer(name, kind, binding)
             else:
                 lines += _list_in_texture(name, kind)
@@ -255,6 +277,20 @@ ivec2 own_element() {{
 ivec2 element() {{ return min(own_element(), stream_size - 1); }}"""
 
 
+_ONE_PART = """const int part = 0;
+ivec2 element_of_part() { return element(); }
+void find_part() {}"""
+
+
+def _parts(uniforms: Sequence[str]) -> str:
+    """Which part an element is of, its place there, and the uniforms' values."""
+    values = " ".join(f"{name} = {name}_of[part];" for name in uniforms)
+    return f"""uniform int rows_a_part;
+int part = 0;
+ivec2 element_of_part() {{ return element() - ivec2(0, part * rows_a_part); }}
+void find_part() {{ part = element().y / rows_a_part; {values} }}"""
+
+
 _ONE_LANE = """const bool LANES_WAIT = false;
 int lane() { return 0; }
 vec4 sum_over_lanes(vec4 own) { return own; }"""
@@ -294,6 +330,7 @@ vec4 sum_over_lanes(vec4 own) {
 _COMPUTE_MAIN = """void kernel();
 void main() {
     bool inside = all(lessThan(own_element(), stream_size));
+    find_part();
     if (inside || LANES > 1) kernel();
     inside = inside && lane() == 0;
     if (!is_counting) return;

@@ -15,10 +15,12 @@ from .declaration import (
     FIRST_LIST,
     GROUPS,
     MOST_OUTPUTS,
+    MOST_PARTS,
     THREADS,
     Declaration,
     Defines,
     Items,
+    OfParts,
     Ports,
     present,
 )
@@ -98,6 +100,7 @@ class Kernel:
             self._quad = device.ctx.vertex_array(self._program.program, [])
         lists = [name for name, table in self.tables.items() if isinstance(table, Items)]
         self._buffers = lists if compute else []
+        self._of_parts = declaration.of_parts if compute else []
         self._textures = [name for name in self.tables if name not in self._buffers]
         samplers = [f"input_{name}" for name in self.inputs]
         samplers += [f"{name}_table" if name in lists else name for name in self._textures]
@@ -203,6 +206,8 @@ class Kernel:
         textures: list[Any] = [streams[name].texture for name in self.inputs]
         self.device.bind.textures(textures + [tables[name] for name in self._textures])
         self.device.bind.lists([tables[name] for name in self._buffers], FIRST_LIST)
+        if self._of_parts:
+            uniforms = self._by_parts(uniforms, size[1])
         self._program.set_all(uniforms)
         self._program.set("stream_size", size)
         self.launches += 1
@@ -211,6 +216,18 @@ class Kernel:
             return self._dispatch(targets, size, count)
         assert not isinstance(count, Tally)
         return self._draw(targets, count)
+
+    def _by_parts(self, uniforms: Mapping[str, Any], rows: int) -> dict[str, Any]:
+        """The uniforms as the program has them, of a stream of so many rows."""
+        parts, values = 1, dict(uniforms)
+        for name in self._of_parts:
+            value = values.pop(name)
+            own = [*value] if isinstance(value, OfParts) else [value]
+            parts = max(parts, len(own))
+            values[f"{name}_of"] = own + own[-1:] * (MOST_PARTS - len(own))
+        if rows % parts:
+            raise StreamError(f"{type(self).__name__}: {rows} rows are not of {parts} parts")
+        return values | {"rows_a_part": rows // parts}
 
     @staticmethod
     def placed(table: Placed) -> Any:

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import copy
+
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +29,7 @@ class Stream:
         if not (0 < size[0] <= limit and 0 < size[1] <= limit):
             raise StreamError(f"stream of {record.name}: size {size} is outside 1..{limit}")
         self.device, self.record, self.size = device, record, size
+        self._is_own = True
         self.texture: moderngl.Texture = device.texture(size, 4)
 
     def clear(self) -> None:
@@ -66,9 +69,16 @@ class Stream:
         """The elements as they are, on the device: Device.copy."""
         return self.device.copy(self.texture)
 
+    def first_rows(self, rows: int) -> Stream:
+        """A stream that is the first rows of this one."""
+        part = copy.copy(self)
+        part.size, part._is_own = (self.size[0], rows), False
+        return part
+
     def release(self) -> None:
-        """Put the texture back."""
-        self.device.put_back(self.texture)
+        """Put the texture back, if it is its own."""
+        if self._is_own:
+            self.device.put_back(self.texture)
 
 
 class PingPong:
@@ -77,6 +87,13 @@ class PingPong:
     def __init__(self, device: Device, record: Record, size: tuple[int, int]) -> None:
         self._own = Stream(device, record, size), Stream(device, record, size)
         self.front, self.back = self._own
+
+    def first_rows(self, rows: int) -> PingPong:
+        """A pair that is the first rows of this one, with places of its own."""
+        part = copy.copy(self)
+        part._own = self._own[0].first_rows(rows), self._own[1].first_rows(rows)
+        part.front, part.back = part._own
+        return part
 
     def restart(self, front: Stream) -> None:
         """Begin anew with another stream to read, such as one of zeros; that is never written."""

@@ -9,7 +9,7 @@
 #endif
 
 void kernel() {
-    vec2 pixel = vec2(element() + region_origin);
+    vec2 pixel = vec2(element_of_part() + region_origin);
     vec4 place = place_in_pixel(seed, pass_index, uint(pixel_number(pixel)));
     vec2 offset = pixel_filter_width * vec2(pixel_filter_offset(place.x), pixel_filter_offset(place.y));
     EyeRay ray = ray_camera(mix(window.xz, window.yw, (pixel + 0.5 + offset) / vec2(frame_size)));

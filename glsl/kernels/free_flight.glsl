@@ -79,7 +79,7 @@ float scattered_at(vec2 inside, vec3 origin, vec3 direction, float way, inout ve
     // Where light of a channel is lost, drawn by what is scattered of it.
     vec3 shares = load_medium().scattered < float(volume_bounces) ? scattered_of(inside, weight) : vec3(0.0);
     float sum = shares.r + shares.g + shares.b;
-    vec3 u = random4(seed, pass_index, photon_number(load_flux()), DIMENSION_PHOTON_FLIGHT + uint(bounce)).xyz;
+    vec3 u = random4(seed, pass_index + photon_part(load_flux()), photon_number(load_flux()), DIMENSION_PHOTON_FLIGHT + uint(bounce)).xyz;
     int channel = sum > 0.0 ? channel_by(shares, u.x) : -1;
     Gone gone = gone_along(inside, origin, direction, way, way, channel, -log(1.0 - u.y));
     vec3 left = exp(-gone.depth);

@@ -4,6 +4,7 @@
 #include "lib/cuts.glsl"
 #include "lib/radius.glsl"
 #include "lib/place.glsl"
+#include "lib/of_part.glsl"
 #ifdef NORMALS
 #include "lib/bent.glsl"
 #endif
@@ -52,13 +53,14 @@ Sums sums_about(Place place, vec3 normal, float radius, Cuts cuts, Coverage cove
     Tilt tilt = load_tilt();
     vec3 outer = tilt_in_space(tilt.outer, normal), inner = tilt_in_space(tilt.inner, normal);
     Sums sums = Sums(vec4(0.0), vec4(0.0));
+    float surface = of_part(place.surface, part);  // as those photons have it that are of the point's own pass
 #ifdef NORMALS
     Bent bent = bent_of(normal);
     bool is_bent = bent.normal != normal;
 #endif
     for (int z = low.z; z <= high.z; z++) {
         for (int y = low.y; y <= high.y; y++) {
-            int row = (z * grid_cells.y + y) * grid_cells.x;
+            int row = first_cell + (z * grid_cells.y + y) * grid_cells.x;
             if (low.x > high.x) continue;
             int end = min(int(cell_start(row + high.x + 1)), photon_range.y);
             int i = max(int(cell_start(row + low.x)), photon_range.x) + lane();
@@ -69,7 +71,7 @@ Sums sums_about(Place place, vec3 normal, float radius, Cuts cuts, Coverage cove
                 vec4 photon = next;
                 next = photon_place(min(i + LANES, end - 1));
                 vec3 offset = photon.xyz - place.position;
-                if (!is_about(photon, offset, place.surface, normal, inverse_r2)) continue;
+                if (!is_about(photon, offset, surface, normal, inverse_r2)) continue;
                 if (dot(offset, first) > 1.0 || dot(offset, second) > 1.0) continue;
                 float x2 = dot(offset, offset) * inverse_r2;
                 vec4 deposit = photon_deposit(i), share = photon_share(deposit, x2, normal);

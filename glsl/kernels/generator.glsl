@@ -5,6 +5,7 @@
 #include "lib/light_choice.glsl"
 #include "lib/from_light.glsl"
 #include "lib/colour.glsl"
+#include "lib/photon_number.glsl"
 #ifdef AIMED
 #include "lib/aim.glsl"
 #endif
@@ -19,10 +20,11 @@
 #endif
 
 void kernel() {
-    int photon = element_index();
-    if (photon >= photons) skip();
-    vec4 shift = random4(seed, pass_index, 0xffffffffu, DIMENSION_LIGHT);
-    vec4 numbers = photon_sequence(seed, pass_index, uint(photon), uint(photons));
+    if (element_index() >= photons * passes) skip();
+    int photon = element_index() % photons, part = element_index() / photons;
+    uint own_pass = pass_index + uint(part);
+    vec4 shift = random4(seed, own_pass, 0xffffffffu, DIMENSION_LIGHT);
+    vec4 numbers = photon_sequence(seed, own_pass, uint(photon), uint(photons));
     // Systematic sampling over the photons, so each light gets its share to within one photon, and exactly
     // its share in the mean over passes.
     int number = choose_light((float(photon) + shift.x) / float(photons));
@@ -30,7 +32,7 @@ void kernel() {
     if (light.chosen <= 0.0) skip();
 #ifdef AIMED
     LightAim own = light_aim_at(number);
-    float weight = own.root > 0.0 ? aim(int(own.root) - 1, seed, pass_index, uint(photon), numbers) : 1.0;
+    float weight = own.root > 0.0 ? aim(int(own.root) - 1, seed, own_pass, uint(photon), numbers) : 1.0;
 #endif
     LightRay emitted = emitted_by_light(light, numbers.xy, numbers.zw);
 #ifdef AIMED
@@ -41,7 +43,7 @@ void kernel() {
 #ifdef AIMED
     if (!(own.root > 0.0))
 #endif
-    emitted = through_portals(light, emitted, uint(photon));
+    emitted = through_portals(light, emitted, own_pass, uint(photon));
 #endif
     vec3 flux = carried_light(light, emitted.direction) * emitted.weight;
     flux *= colour_by_nodes(light, emitted.origin, emitted.direction);
@@ -72,5 +74,5 @@ void kernel() {
     store_medium(Medium(vec2(0.0), 0.0, sent));
 #endif
 #endif
-    store_flux(Flux(flux / (float(photons) * light.chosen), float(photon)));
+    store_flux(Flux(flux / (float(photons) * light.chosen), held_number(photon, part)));
 }

@@ -9,7 +9,7 @@ uniform sampler2D place;
 void main() {
     int i = thread();
     if (i >= count) return;
-    uint before = atomicAdd(counts[cell_of(texelFetch(place, table_texel(i), 0).xyz)], 1u);
+    uint before = atomicAdd(counts[cell_of(texelFetch(place, table_texel(i), 0))], 1u);
     // Few cells are ever that full: the others need not queue for one address.
     if (before >= 255u) atomicMax(fullest, before + 1u);
 }

@@ -17,7 +17,7 @@ void main() {
     if (thread() >= count || fullest > most_ranked) return;
     int i = int(listed[thread()]);
     vec4 p = texelFetch(place, table_texel(i), 0);
-    int cell = cell_of(p.xyz);
+    int cell = cell_of(p);
     uint start = starts[cell], end = starts[cell + 1], rank = 0u;
     for (uint j = start; j < end; j++) rank += listed[j] < uint(i) ? 1u : 0u;
     sorted_place[start + rank] = p;

@@ -11,6 +11,6 @@ uniform sampler2D place;
 void main() {
     int i = thread();
     if (i >= count) return;
-    int cell = cell_of(texelFetch(place, table_texel(i), 0).xyz);
+    int cell = cell_of(texelFetch(place, table_texel(i), 0));
     listed[starts[cell] + atomicAdd(counts[cell], 0xffffffffu) - 1u] = uint(i);
 }

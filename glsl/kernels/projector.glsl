@@ -43,6 +43,7 @@ void kernel() {
     flux *= share_of_arrival(load_origin(), place.position, BY_DIFFUSE);
     if (flux == vec3(0.0)) skip();
 #endif
+    place.surface = of_part(place.surface, int(photon_part(load_flux())));
     store_landed(place);
 #ifdef CAUSTICS
     if (came_by_lobe(load_direction())) store_caustic(place);

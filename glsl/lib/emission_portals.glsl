@@ -7,7 +7,7 @@
 
 const float EMITTED_BY_PORTAL = 0.5;
 
-LightRay through_portals(Light light, LightRay ray, uint photon) {
+LightRay through_portals(Light light, LightRay ray, uint pass_index, uint photon) {
     vec3 normal = cosine_axis_light(light, ray.direction);
     float angles = normal == vec3(0.0) ? 0.0 : portals_angle(ray.origin, normal);
     if (!(angles > 0.0)) return ray;

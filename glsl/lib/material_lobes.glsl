@@ -45,7 +45,7 @@ float choice() {
 #ifdef EYE
     return even_over_passes(DIMENSION_SHADE + uint(depth)).x;
 #else
-    return random4(seed, pass_index, photon_number(load_flux()), DIMENSION_SHADE_PHOTON + uint(bounce)).x;
+    return random4(seed, pass_index + photon_part(load_flux()), photon_number(load_flux()), DIMENSION_SHADE_PHOTON + uint(bounce)).x;
 #endif
 }
 

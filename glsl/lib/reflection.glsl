@@ -31,7 +31,7 @@ bool is_lost(vec4 u, PortalChance seen, float by_portal) { return u.w < seen.sha
 
 // x is by what it is reflected, if it is, and y and z are where to.
 vec4 reflection_numbers(Flux photon) {
-    return random4(seed, pass_index, photon_number(photon), DIMENSION_REFLECT + uint(bounce));
+    return random4(seed, pass_index + photon_part(photon), photon_number(photon), DIMENSION_REFLECT + uint(bounce));
 }
 
 // About the geometric normal: on it the photon's flux fell, and no direction leaves the wrong side, so the energy

@@ -21,7 +21,7 @@ float wavelength_number() {
     float start = random4(seed, 0u, uint(pixel_number(load_pixel().at)), DIMENSION_WAVELENGTH).x;
     return fract(start + float((2654435769u * pass_index) >> 8u) * (1.0 / 16777216.0));
 #else
-    return random4(seed, pass_index, photon_number(load_flux()), DIMENSION_WAVELENGTH).y;
+    return random4(seed, pass_index + photon_part(load_flux()), photon_number(load_flux()), DIMENSION_WAVELENGTH).y;
 #endif
 }
 

@@ -123,8 +123,7 @@ def _climb(scene: Any, settings: Any, kept: Any) -> list[tuple[float, Any]]:
     done, rungs = 0, []
     for passes in PASSES:
         while done < passes:
-            renderer.render_pass()
-            done += 1
+            done += renderer.render_passes(passes - done)
         device.ctx.finish()
         look = time.perf_counter()
         picture = renderer.images(["Combined"])["Combined"]

@@ -31,14 +31,20 @@ LIGHTS = (
 
 
 def emit(
-    bench: Bench, lights: Any = LIGHTS, photons: int = 50_000, index: int = 0, seed: int = 3
+    bench: Bench,
+    lights: Any = LIGHTS,
+    photons: int = 50_000,
+    index: int = 0,
+    seed: int = 3,
+    passes: int = 1,
 ) -> dict[str, Any]:
-    """The photons of a pass: origin, direction, flux (n, 4)."""
-    values = {"seed": seed, "pass_index": index, "photons": photons, "light_count": len(lights)}
+    """The photons of a pass, or of some: origin, direction, flux (n, 4)."""
+    values = {"seed": seed, "pass_index": index, "light_count": len(lights)}
+    values |= {"photons": photons, "passes": passes}
     table = light_table(lights, FRAME)
     choose_lights(table, np.array([emitted_flux(light) for light in lights]))
     made = made_lights({light.kind for light in lights})
-    count = -(-photons // 1024) * 1024
+    count = -(-photons * passes // 1024) * 1024
     return bench.run(Generator, {}, values, {"lights": table}, count=count, made=made)
 
 
@@ -53,8 +59,21 @@ def test_no_photon_too_many(bench: Bench) -> None:
     assert result["alive"] == 5000
     for name in ("origin", "direction", "flux"):
         assert result[name][:5000].any(axis=1).all() and not result[name][5000:].any()
-    assert np.array_equal(result["flux"][:5000, 3], np.arange(5000))
+    assert np.array_equal(result["flux"][:5000, 3], np.arange(1, 5001))
     assert (result["origin"][:5000, 3] == -1 - light_of(result)[:5000]).all()
+
+
+def test_photons_of_passes_together(bench: Bench) -> None:
+    """They are those of each pass, and tell by a power of two which it is."""
+    result = emit(bench, photons=700, index=5, passes=8)
+    assert result["alive"] == 8 * 700
+    for part, power in enumerate((0, 25, -25, 50, -50, 75, -75, 100)):
+        own = emit(bench, photons=700, index=5 + part)
+        for name in ("origin", "direction", "flux"):
+            together = result[name][part * 700 : (part + 1) * 700]
+            if name == "flux":
+                together[:, 3] *= np.float32(2.0) ** np.float32(-power)
+            assert np.array_equal(together, own[name][:700])
 
 
 def test_equal_flux_and_emitted_flux(bench: Bench) -> None:

@@ -24,7 +24,7 @@ class NativePhotonGrid:
     def prepare(self, deposits: Deposits, radii: Radii) -> None:
         """As Gathering's."""
         self._radii = radii
-        self._kernel.sort(deposits, self._cells.of(WIDTH * radii.typical))
+        self._kernel.sort(deposits, self._cells.of(WIDTH * radii.typical[0]))
 
     def estimate(
         self, points: Mapping[str, Stream], irradiance: Stream, in_chain: bool = False

@@ -19,7 +19,8 @@ from ..photons.paths import STREAM_WIDTH
 TEXEL = 16
 FIXED = 88 << 20  # programs, a grid of the smallest
 # On a GPU: photon_grid.MAX_CELLS in two buffers, and the grids of device_radii.py.
-GRIDS = (40 + 60) << 20
+CELLS = 40 << 20
+GRIDS = CELLS + (60 << 20)
 # A photon's: six textures of paths, three of a bounce's ends and four of shaded points, and two
 # more of these if there are lobes; and all that have half the size of another (photon_mapper.py).
 PATHS, LOBE_PATHS = 2 * 13 * TEXEL, 2 * 2 * TEXEL
@@ -65,8 +66,9 @@ class Pool:
 class PhotonCounts:
     """How many photons there are, and what they do."""
 
-    passes: Sequence[int]  # the photons of a pass, and of that which tells the radii
-    landed: float  # deposits of a pass
+    passes: Sequence[int]  # photons of passes together, of one pass, and that tell the radii
+    landed: float  # deposits of a pass, or of passes together
+    together: int  # passes, each with a grid of its own
     most_bounces: int
     has_lobes: bool
     media: int  # pairs of streams that tell what they are in, and how that scatters them
@@ -75,7 +77,7 @@ class PhotonCounts:
 
     @property
     def a_pass(self) -> int:
-        """The photons of a pass."""
+        """The photons of a pass, or of passes together."""
         return self.passes[0]
 
 
@@ -160,7 +162,7 @@ class ResidentSizes(Sizes):
         paths = (a_photon + MEDIA * counts.media) * sum({*counts.passes})
         paths += 0 if counts.shades_long else 2 * TEXEL * STREAM_WIDTH * rows
         lists = RESIDENT_ROOM * counts.a_pass + (RESIDENT_LISTED + SORTED) * counts.landed
-        return Bytes(paths + lists)
+        return Bytes(paths + lists + CELLS * (counts.together - 1))
 
 
 class NativeSizes(Sizes):

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...streams import Device, Stream
+from ...streams import Device, Stream, of_parts
 from ...streams.device import Layer
 from ..kernels.eye_rays import EyeRays
 from ..kernels.records import PIXEL, RAY_DIRECTION, RAY_ORIGIN
@@ -66,12 +66,13 @@ class EyeCamera:
             }
 
     def send(
-        self, index: int, region: Region, origin: Stream, direction: Stream, pixel: Stream
+        self, passes: range, region: Region, origin: Stream, direction: Stream, pixel: Stream
     ) -> Projection:
-        """Send one ray of a pass through each pixel of a region; where points project then."""
+        """Send one ray of each pass through each pixel of a region; where points project then. Of
+        a camera that moves each pass is another instant's."""
         settings = self._settings
         x0, y0, x1, y1 = region
-        matrix, window = self._run(index, (x0, y0), (origin, direction, pixel))
+        matrix, window = self._run(passes, (x0, y0), (origin, direction, pixel))
         left, right, bottom, top = window
         du, dv = (right - left) / settings.width, (top - bottom) / settings.height
         window = left + x0 * du, left + x1 * du, bottom + y0 * dv, bottom + y1 * dv
@@ -80,15 +81,15 @@ class EyeCamera:
         return Projection(world_to_camera, window, spread, self._is_orthographic)
 
     def _run(
-        self, index: int, at: tuple[int, int], rays: Sequence[Stream], **changed: Any
+        self, passes: range, at: tuple[int, int], rays: Sequence[Stream], **changed: Any
     ) -> tuple[NDArray[np.float64], tuple[float, ...]]:
         """Send rays through the pixels from one on; where the camera is then, and its window."""
-        matrix, window = self._at(index)
+        matrix, window = self._at(passes.start)
         uniforms = {
             "camera": _column_major(matrix),
             "window": window,
             "region_origin": at,
-            "pass_index": index,
+            "pass_index": of_parts(passes),
         }
         streams = dict(zip(("origin", "direction", "pixel"), rays, strict=True))
         self.kernel.run(streams, uniforms=self._uniforms | uniforms | changed)
@@ -141,7 +142,7 @@ class EyeCamera:
             ray.clear()
         # Through the middles of both, and of the lens.
         sharp = {"lens": (0.0, 0.0, 1.0)} if self._camera.lens else {}
-        self._run(0, (x, y), rays, pixel_filter_width=0.0, **sharp)
+        self._run(range(1), (x, y), rays, pixel_filter_width=0.0, **sharp)
         first, second = rays[1].download()[0, :, :3].astype(np.float64)
         for ray in rays:
             ray.release()

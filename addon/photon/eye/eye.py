@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...streams import Count, Kernel, PingPong, Reading, Stream, StreamError, Tally
+from ...streams import Count, Kernel, PingPong, Reading, Stream, Tally, of_parts
 from ..backends.backend import Backend
 from ..kernels.coverage import probes_of
 from ..kernels.emitted import Emitted
@@ -28,7 +28,7 @@ from ..stage.needs import SceneNeeds
 from ..stage.tables import Tables
 from .camera import EyeCamera
 from .compaction import Compaction
-from .path import CAUSTIC, FIRST, WALKED, Path, PathStreams
+from .path import CAUSTIC, FIRST, WALKED, Path, PathStreams, Places
 
 
 class Eye:
@@ -44,8 +44,10 @@ class Eye:
         needs: SceneNeeds,
         size: tuple[int, int],
         together: int = 1,
+        passes: int = 1,
     ) -> None:
-        """`size`: of a region; `together`: paths whose light is looked for together at most."""
+        """`size`: of a region; `together`: paths whose light is looked for together at most;
+        `passes`: that are, at most."""
         device, layer = backend.device, backend.layer
         self._tally: Tally | None = None  # of rays that a path's bounces send
         self._tables, self._settings, self._needs = tables, settings, needs
@@ -82,8 +84,9 @@ class Eye:
         self._cuts = self._coverage = None
         if needs.photons and settings.boundary_correction:
             self._cuts, self._coverage = backend.cuts(), backend.coverage(settings)
-        self.streams = PathStreams(device, needs, self._coverage is not None, size)
-        self._places = [self.streams]  # of paths, one after the other and again from the first
+        all_rows = size[0], size[1] * passes
+        self.streams = PathStreams(device, needs, self._coverage is not None, all_rows)
+        self._places = Places(self.streams, size[1])
         self._together = min(together, 1 + self._most_bounces) if needs.secondary_rays else 1
         self._compaction: Compaction | None = None
         if needs.secondary_rays and backend.shares_memory:
@@ -98,35 +101,27 @@ class Eye:
             elements = np.zeros((medium.size[1], medium.size[0], 4), np.float32)
             elements[..., :2] = inside
             medium.upload(elements)
-        self._find_places()
+        self._together = self._places.grow(self._together)
         self.footprint = self.camera.widths() if self._needs.programs.bumps else {}
-
-    def _find_places(self) -> None:
-        """As many as there is room for: with fewer it only takes longer."""
-        while len(self._places) < self._together:
-            try:
-                self._places.append(self.streams.of_size(self.streams.size))
-            except StreamError:
-                self._together = len(self._places)
 
     def send_ahead(self, index: int, region: Region) -> None:
         """Send a pass's rays and light the points where they end, which no photon tells: a GPU
         traces them while the host waits for photons. `send` then gives this path."""
-        path = self.send(index, region)
+        path = self.send(range(index, index + 1), region)
         self.shade(path)
         self.direct(path)
         self._sent = path
 
-    def send(self, index: int, region: Region) -> Path:
-        """Send one ray through each pixel of a region."""
+    def send(self, passes: range, region: Region) -> Path:
+        """Send one ray of each pass through each pixel of a region."""
         sent, self._sent = self._sent, None
-        if sent and (sent.index, sent.region) == (index, region):
+        if sent and (sent.passes, sent.region) == (passes, region):
             return sent
-        at = self.streams
+        at = self._places.of(0, len(passes))
         origin, direction = (at.pairs[name].front for name in ("origin", "direction"))
-        projection = self.camera.send(index, region, origin, direction, at.ones["pixel"])
+        projection = self.camera.send(passes, region, origin, direction, at.ones["pixel"])
         carried = {name: at.ones[first] for name, first in FIRST.items() if first in at.ones}
-        return Path(index, region, 0, at, at.unit, at.unit, carried, projection, None)
+        return Path(passes, region, 0, at, at.unit, at.unit, carried, projection, None)
 
     def shade(self, path: Path) -> None:
         """Find where the rays end, and evaluate the materials there."""
@@ -252,7 +247,7 @@ class Eye:
             return None
         to = path.at
         if self._together > 1:
-            to = self._places[(path.depth + 1) % self._together]
+            to = self._places.of((path.depth + 1) % self._together, len(path.passes))
         count = self._count_scattered(path, to)
         onward = path.sent_on(to, count)
         if self._compaction and count:
@@ -309,8 +304,7 @@ class Eye:
 
     def release(self) -> None:
         """Free streams and kernels."""
-        for streams in self._places:
-            streams.release()
+        self._places.release()
         if self._tally:
             self._tally.release()
         if self._compaction:
@@ -357,7 +351,7 @@ class Eye:
         kernel.run(
             {name: points[name] for name in ("pixel", *POINT, "cuts", "coverage", "tilt")},
             self._tables.of(kernel) | radii.tables(kernel),
-            draw | radii.uniforms | probes_of(path.index),
+            draw | radii.uniforms | probes_of(path.passes),
         )
         return path.at.ones["coverage"]
 
@@ -365,7 +359,7 @@ class Eye:
         """What random numbers of a pixel depend on, and which lights there are."""
         return {
             "seed": self._settings.seed,
-            "pass_index": path.index,
+            "pass_index": of_parts(path.passes),
             "depth": path.depth,
             "chain_depth": self._needs.chain_depth,
             "transparent_depth": self._needs.transparent_depth,

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from ...streams import Kernel, PingPong, Stream
 from ..backends.backend import Backend
 from ..film.picture import (
@@ -52,6 +54,26 @@ def film_images(needs: SceneNeeds) -> list[str]:
     return names
 
 
+@dataclass(frozen=True)
+class _Images:
+    """Streams of images, and those that chains add to, by name."""
+
+    seen: dict[str, Stream]
+    sums: dict[str, PingPong]
+
+    @property
+    def pairs(self) -> dict[str, PingPong]:
+        """Of chains, by the names of the sums."""
+        return {name: self.sums[image] for name, (image, _) in _SUMS.items() if image in self.sums}
+
+    def first_rows(self, rows: int) -> _Images:
+        """Those of the first rows."""
+        return _Images(
+            {name: stream.first_rows(rows) for name, stream in self.seen.items()},
+            {name: pair.first_rows(rows) for name, pair in self.sums.items()},
+        )
+
+
 class PassImages:
     """Streams of what paths of a region's size see."""
 
@@ -77,12 +99,12 @@ class PassImages:
         if needs.features:
             self._features = Features(device, layer, needs.feature_defines, made=needs.made)
         other = {"illuminance": ILLUMINANCE_SEEN, "blur": BLUR}
-        self._seen = {
+        seen = {
             name: Stream(device, other.get(name, RADIANCE), size)
             for name in film_images(needs)
             if name not in (*MIRROR_IMAGES, "mirror_caustics")
         }
-        self._sums: dict[str, PingPong] = {}  # of images that chains add to
+        sums: dict[str, PingPong] = {}
         self._of_rays: dict[tuple[int, int], dict[str, Stream]] = {}  # what they see, by size
         if needs.secondary_rays:
             self._mirror = CombineMirror(device, layer, defines)
@@ -94,12 +116,12 @@ class PassImages:
             through = ("background", *(MIST_IMAGES if needs.mist else ()))
             records |= dict.fromkeys(through, RADIANCE) if needs.transparent else {}
             records |= dict.fromkeys(FEATURE_IMAGES, RADIANCE) if needs.features else {}
-            self._sums = {name: PingPong(device, record, size) for name, record in records.items()}
+            sums = {name: PingPong(device, record, size) for name, record in records.items()}
+        self._all_rows = self._now = _Images(seen, sums)
+        self._by_size = {size: self._all_rows}
+        self._zeros = eye.streams.ones["zeros"]
+        if sums:
             self._seen_by_rays(size)
-        # By the names of the sums.
-        self._pairs = {
-            name: self._sums[image] for name, (image, _) in _SUMS.items() if image in self._sums
-        }
         self._world = {
             "background_alpha": 0.0 if settings.transparent else 1.0,
             "clamps": tuple(
@@ -109,11 +131,19 @@ class PassImages:
             **eye.camera.mist(),
         }
 
-    def begin(self) -> PassImages:
+    def begin(self, path: Path) -> PassImages:
         """Forget the last region's."""
         self._moved.begin()
-        for name, pair in self._sums.items():
-            pair.restart(self._seen.get(name, self._eye.streams.ones["zeros"]))
+        size, whole = path.at.size, self._all_rows
+        if size not in self._by_size:
+            self._by_size[size] = whole.first_rows(size[1])
+            if whole.sums:
+                rays = self._seen_by_rays(self._eye.streams.size)
+                self._of_rays[size] = {n: x.first_rows(size[1]) for n, x in rays.items()}
+        self._now = self._by_size[size]
+        self._zeros = path.at.ones["zeros"]
+        for name, pair in self._now.sums.items():
+            pair.restart(self._now.seen.get(name, self._zeros))
         return self
 
     def add(self, path: Path) -> None:
@@ -125,11 +155,11 @@ class PassImages:
             streams |= dict(zip(("emitted", "environment"), path.emitted, strict=True))
         streams["coverage"] = path.coverage
         if path.depth == 0:
-            seen = {f"{name}_seen": stream for name, stream in self._seen.items()}
+            seen = {f"{name}_seen": stream for name, stream in self._now.seen.items()}
             launch(self._primary, streams | seen, self._tables, self._world)
             if self._features:
                 names = zip(("albedo_seen", "normal_seen"), FEATURE_IMAGES, strict=True)
-                shown = {port: self._seen[name] for port, name in names}
+                shown = {port: self._now.seen[name] for port, name in names}
                 launch(self._features, streams | shown, self._tables)
             if self._caustics:
                 launch(self._caustics, streams | seen, self._tables)
@@ -138,10 +168,9 @@ class PassImages:
 
     def finish(self) -> dict[str, Stream]:
         """By name, and combined of all."""
-        self._moved.finish(self._pairs)
-        zeros = self._eye.streams.ones["zeros"]
-        images = dict.fromkeys((*MIRROR_IMAGES, "blur"), zeros) | self._seen
-        images |= {name: pair.front for name, pair in self._sums.items()}
+        self._moved.finish(self._now.pairs)
+        images = dict.fromkeys((*MIRROR_IMAGES, "blur"), self._zeros) | self._now.seen
+        images |= {name: pair.front for name, pair in self._now.sums.items()}
         seen = {f"{name}_seen": image for name, image in images.items()}
         launch(self._all, seen | {"combined": images["combined"]}, self._tables)
         return images
@@ -155,14 +184,14 @@ class PassImages:
         if self._caustics:
             launch(self._caustics, streams | seen, self._tables)
         if path.pixels is not None:
-            own = {name: seen[_SUMS[name][1]] for name in self._pairs}
-            self._moved.add(path.pixels, self._pairs, own)
+            own = {name: seen[_SUMS[name][1]] for name in self._now.pairs}
+            self._moved.add(path.pixels, self._now.pairs, own)
             return
         ports = dict(seen)
-        for name, pair in self._pairs.items():
+        for name, pair in self._now.pairs.items():
             ports |= {name: pair.front, name.replace("sum", "total"): pair.back}
         self._add.run(ports)
-        for pair in self._pairs.values():
+        for pair in self._now.pairs.values():
             pair.swap()
 
     def _seen_by_rays(self, size: tuple[int, int]) -> dict[str, Stream]:
@@ -172,7 +201,7 @@ class PassImages:
             self._of_rays[size] = {
                 name: Stream(self._device, records.get(name, RADIANCE), size)
                 for image, name in _SUMS.values()
-                if image in self._sums
+                if image in self._all_rows.sums
             }
         return self._of_rays[size]
 
@@ -187,10 +216,10 @@ class PassImages:
         """Free streams and kernels."""
         for kernel in self._kernels():
             kernel.release()
-        for streams in (self._seen, *self._of_rays.values()):
+        for streams in (self._all_rows.seen, *self._of_rays.values()):
             for stream in streams.values():
                 stream.release()
-        for pair in self._sums.values():
+        for pair in self._all_rows.sums.values():
             pair.release()
 
     def _kernels(self) -> list[Kernel]:

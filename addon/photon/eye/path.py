@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...streams import TEXEL, Count, Device, PingPong, Stream
+from ...streams import TEXEL, Count, Device, PingPong, Stream, StreamError
 from ...streams.declaration import present
 from ..kernels.records import (
     CHAIN,
@@ -41,7 +42,7 @@ FIRST = {"chain": "first_chain", "medium": "first_medium"}
 
 # Paths of a pass whose light is looked for together, and points of all of these, at most: for each
 # alone a GPU would wait for few threads that take long.
-MOST_TOGETHER, POINTS_TOGETHER = 4, 1 << 21
+MOST_TOGETHER, POINTS_TOGETHER = 4, 1 << 22
 
 
 def paths_together(size: tuple[int, int]) -> int:
@@ -112,6 +113,16 @@ class PathStreams:
         made._fill_ones()
         return made
 
+    def first_rows(self, rows: int) -> PathStreams:
+        """Streams that are the first rows of these."""
+        part = copy.copy(self)
+        part.size = self.size[0], rows
+        part.ones = {name: stream.first_rows(rows) for name, stream in self.ones.items()}
+        part.pairs = {name: pair.first_rows(rows) for name, pair in self.pairs.items()}
+        part.unit = self.unit.first_rows(rows)
+        part.unit_coverage = self.unit_coverage.first_rows(rows)
+        return part
+
     def rays(self) -> dict[str, PingPong]:
         """What secondary rays are written to, and read from."""
         return {name: self.pairs[name] for name in RAY if name in self.pairs}
@@ -124,11 +135,45 @@ class PathStreams:
             pair.release()
 
 
+class Places:
+    """Streams of paths, one after the other and again from the first."""
+
+    def __init__(self, first: PathStreams, rows: int) -> None:
+        """`first`: of as many passes as are rendered together at most; `rows`: of a pass."""
+        self.all, self._rows = [first], rows
+        self._of_fewer: dict[tuple[int, int], PathStreams] = {}
+
+    def grow(self, count: int) -> int:
+        """To so many, or as many as there is room for: with fewer it only takes longer."""
+        first = self.all[0]
+        while len(self.all) < count:
+            try:
+                self.all.append(first.of_size(first.size))
+            except StreamError:
+                break
+        return len(self.all)
+
+    def of(self, number: int, passes: int) -> PathStreams:
+        """The place of a number, for so many passes."""
+        place, rows = self.all[number], passes * self._rows
+        if rows == place.size[1]:
+            return place
+        if (number, rows) not in self._of_fewer:
+            self._of_fewer[number, rows] = place.first_rows(rows)
+        return self._of_fewer[number, rows]
+
+    def release(self) -> None:
+        """Put all back."""
+        for place in self.all:
+            place.release()
+
+
 @dataclass
 class Path:
-    """The eye rays of a region, or the secondary rays that they became."""
+    """The eye rays of a region, of a pass or of passes together, one's above those of the one
+    before; or the secondary rays that they became."""
 
-    index: int  # of the pass
+    passes: range
     region: Region
     depth: int
     at: PathStreams  # what holds it
@@ -152,7 +197,7 @@ class Path:
     def sent_on(self, to: PathStreams, count: Count | None) -> Path:
         """The path that its rays become, which are written to streams; `count`: as Path's."""
         return Path(
-            self.index,
+            self.passes,
             self.region,
             self.depth + 1,
             to,

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...streams import TEXEL, Device, Kernel, Stream, Uniform
+from ...streams import Device, Kernel, Stream, Table, Uniform
 from ...streams.device import Layer
-from ..kernels.records import RADIANCE, SUM
+from ..kernels.records import SUM
 from ..settings import FEWEST_PASSES
 from .blocks import in_blocks
 
@@ -25,11 +25,16 @@ SPARE = 4  # streams that a film writes to, in place of those that it has read
 
 
 class Accumulate(Kernel):
-    """Add a pass to an image's compensated sum."""
+    """Add passes to an image's compensated sum."""
 
     stem = "film"
-    inputs = {"value": TEXEL, "sum": SUM, "low": SUM}
+    inputs = {"sum": SUM, "low": SUM}
     outputs = {"next_sum": SUM, "next_low": SUM}
+    uniforms = {
+        "passes": Uniform("int"),  # in the image, one's rows above those of the one before
+        "added": Uniform("int"),  # a bit for each that counts
+    }
+    tables = {"image": Table()}
 
 
 class AccumulateTwo(Kernel):
@@ -38,20 +43,21 @@ class AccumulateTwo(Kernel):
     stem = "film_two"
     inputs = {
         **Accumulate.inputs,
-        "second_value": TEXEL,
         "second_sum": SUM,
         "second_low": SUM,
     }
     outputs = {**Accumulate.outputs, "next_second_sum": SUM, "next_second_low": SUM}
+    uniforms = {**Accumulate.uniforms, "second_added": Uniform("int")}
+    tables = {"image": Table(), "second_image": Table()}
 
 
 class AccumulateBatches(Kernel):
-    """Add a pass to an image's sums of squared differences between batches of passes."""
+    """Add passes to an image's sums of squared differences between batches of passes."""
 
     stem = "film_batches"
     inputs = {
-        "value": RADIANCE,
         "sum": SUM,
+        "low": SUM,
         "pair": SUM,
         "four": SUM,
         "pair_squares": SUM,
@@ -63,7 +69,8 @@ class AccumulateBatches(Kernel):
         "next_pair_squares": SUM,
         "next_four_squares": SUM,
     }
-    uniforms = {"passes_before": Uniform("int")}
+    uniforms = {"passes": Uniform("int"), "passes_before": Uniform("int")}
+    tables = {"image": Table()}
 
 
 def in_first_half(number: int) -> bool:
@@ -138,9 +145,9 @@ class Film:
         """`spare`: streams of SUM, SPARE of them, that films of one size share; `halved`: images
         of which there is a sum of half of the passes besides."""
         self.passes = self.half_passes = 0
-        self._names, self._halved = names, halved
+        self._names, self._halved, self._rows = names, halved, size[1]
         self._kernels: dict[int, Kernel] = {2: AccumulateTwo(device, layer)}  # by their images
-        if len(names) % 2 or len(halved) % 2:
+        if len(names) % 2 or (len(names) + len(halved)) % 2:
             self._kernels[1] = Accumulate(device, layer)
         self._batch_kernel = AccumulateBatches(device, layer)
         sums = [*names, *map(half_of, halved)]
@@ -156,33 +163,43 @@ class Film:
         for stream in (*self.sums.values(), *self._lows.values(), *self._batches.values()):
             stream.clear()
 
-    def add(self, images: dict[str, Stream]) -> None:
-        """Add one pass's images (streams by name; "combined" has its variance kept)."""
+    def add(self, images: dict[str, Stream], passes: int = 1) -> None:
+        """Add the images of a pass, or of passes together, one's rows above those of the one before
+        (streams by name; "combined" has its variance kept)."""
         spare = self.spare
         backs = {f"next_{port}": spare[k] for k, port in enumerate(self._batches)}
         self._batch_kernel.run(
-            {"value": images["combined"], "sum": self.sums["combined"]} | self._batches | backs,
-            uniforms={"passes_before": self.passes},
+            {"sum": self.sums["combined"], "low": self._lows["combined"]} | self._batches | backs,
+            {"image": images["combined"].texture},
+            {"passes": passes, "passes_before": self.passes},
         )
         for k, port in enumerate(self._batches):
             self._batches[port], spare[k] = spare[k], self._batches[port]
-        names = [*self._names]
-        if in_first_half(self.passes):
-            names += map(half_of, self._halved)
-            images = images | {half_of(name): images[name] for name in self._halved}
-            self.half_passes += 1
-        for first in range(0, len(names), 2):
-            ports: dict[str, Stream] = {}
-            pair = names[first : first + 2]
-            for name, which in zip(pair, ("", "second_"), strict=False):
-                sums, lows = self.sums[name], self._lows[name]
-                next_sums, next_lows = spare.pop(0), spare.pop(0)
-                ports |= {f"{which}value": images[name], f"{which}sum": sums, f"{which}low": lows}
-                ports |= {f"next_{which}sum": next_sums, f"next_{which}low": next_lows}
-                self.sums[name], self._lows[name] = next_sums, next_lows
-                spare += [sums, lows]
-            self._kernels[len(pair)].run(ports)
-        self.passes += 1
+        of_half = [in_first_half(self.passes + number) for number in range(passes)]
+        added = [(name, name, (1 << passes) - 1) for name in self._names]
+        if any(of_half):
+            bits = sum(counts << number for number, counts in enumerate(of_half))
+            added += [(half_of(name), name, bits) for name in self._halved]
+        for first in range(0, len(added), 2):
+            self._accumulate(images, passes, added[first : first + 2])
+        self.passes += passes
+        self.half_passes += sum(of_half)
+
+    def _accumulate(
+        self, images: dict[str, Stream], passes: int, added: Sequence[tuple[str, str, int]]
+    ) -> None:
+        """Add to one sum or two: its name, the image's, and which passes count."""
+        ports: dict[str, Stream] = {}
+        tables, values, spare = {}, {"passes": passes}, self.spare
+        for (name, image, bits), which in zip(added, ("", "second_"), strict=False):
+            sums, lows = self.sums[name], self._lows[name]
+            next_sums, next_lows = spare.pop(0), spare.pop(0)
+            tables[f"{which}image"], values[f"{which}added"] = images[image].texture, bits
+            ports |= {f"{which}sum": sums, f"{which}low": lows}
+            ports |= {f"next_{which}sum": next_sums, f"next_{which}low": next_lows}
+            self.sums[name], self._lows[name] = next_sums, next_lows
+            spare += [sums, lows]
+        self._kernels[len(added)].run(ports, tables, values)
 
     def squares(self, length: int) -> Stream:
         """Sums of squared differences of the means of batches of so many passes."""
@@ -226,6 +243,7 @@ class HostFilm:
     ) -> None:
         shape = (size[1], size[0], 4)
         self.passes = self.half_passes = 0
+        self._rows = size[1]
         self._sums = {name: np.zeros(shape) for name in names}
         self._halves = {name: np.zeros(shape) for name in halved}
         self._batches, self._squares = (
@@ -235,9 +253,13 @@ class HostFilm:
     def prepare(self) -> None:
         """As Film.prepare: arrays are made of zeros."""
 
-    def add(self, images: dict[str, Stream]) -> None:
+    def add(self, images: dict[str, Stream], passes: int = 1) -> None:
         """As Film.add."""
-        combined = images["combined"].download()
+        for number in range(passes):
+            self._add(images, slice(number * self._rows, (number + 1) * self._rows))
+
+    def _add(self, images: dict[str, Stream], rows: slice) -> None:
+        combined = images["combined"].download()[rows]
         for length, batch in self._batches.items():
             place = self.passes % length
             if place == 0:
@@ -247,7 +269,7 @@ class HostFilm:
                 self._end_batch(length, combined)
         first = in_first_half(self.passes)
         for name, total in self._sums.items():
-            image = combined if name == "combined" else images[name].download()
+            image = combined if name == "combined" else images[name].download()[rows]
             total += image
             if first and name in self._halves:
                 self._halves[name] += image

@@ -116,9 +116,9 @@ class StripFilm:
         """How many of these the first half is."""
         return self.films[-1].half_passes
 
-    def add(self, index: int, images: dict[str, Stream]) -> None:
-        """Add a pass's images of strip `index`."""
-        self.films[index].add(images)
+    def add(self, index: int, images: dict[str, Stream], passes: int = 1) -> None:
+        """Add the images of strip `index` of a pass, or of passes together."""
+        self.films[index].add(images, passes)
 
     def statistics_of(self, index: int, names: Collection[str] | None = None) -> Statistics:
         """What strip `index` holds, its own rows alone; of its images `names`, or all."""

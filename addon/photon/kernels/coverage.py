@@ -2,7 +2,7 @@
 import math
 from typing import Any
 
-from ...streams import Kernel, Table, Uniform
+from ...streams import Kernel, Table, Uniform, of_parts
 from ..photons import radius_field
 from ..settings import FILTER_DEFINES
 from .records import (
@@ -33,10 +33,10 @@ class Coverage(Kernel):
     outputs = {"coverage": COVERAGE, "tilt": TILT}
     uniforms = {
         "seed": Uniform("uint"),
-        "probes": Uniform("int"),
-        "first_probe": Uniform("uint"),
-        "expecting": Uniform("int"),
-        "least_expected": Uniform("float"),
+        "probes": Uniform("int", of_parts=True),
+        "first_probe": Uniform("uint", of_parts=True),
+        "expecting": Uniform("int", of_parts=True),
+        "least_expected": Uniform("float", of_parts=True),
         "depth": Uniform("int"),
         "frame_size": Uniform("ivec2"),
     } | radius_field.UNIFORMS
@@ -48,8 +48,14 @@ class Coverage(Kernel):
     } | radius_field.TABLES
 
 
-def probes_of(index: int) -> dict[str, Any]:
-    """Coverage probes of pass `index` from each point.
+def probes_of(passes: range) -> dict[str, Any]:
+    """Coverage probes from each point, of each of some passes."""
+    each = [_probes_of(index) for index in passes]
+    return {name: of_parts([one[name] for one in each]) for name in each[0]}
+
+
+def _probes_of(index: int) -> dict[str, Any]:
+    """Coverage probes of pass `index`.
 
     How many, how many were sent before, how many more tell what to expect of the coverage, and how
     much is expected at least. More at first: the quotient of few probes is off at edges. What to

@@ -58,7 +58,7 @@ _INPUTS: Ports = {
 }
 _UNIFORMS = {
     "seed": Uniform("uint"),
-    "pass_index": Uniform("uint"),
+    "pass_index": Uniform("uint", of_parts=True),
     "depth": Uniform("int"),
     "chain_depth": When("WEIGHED", Uniform("int")),
     "asked_lights": When("DRAWN", Uniform("int")),

@@ -19,7 +19,7 @@ class EyeRays(Kernel):
         "region_origin": Uniform("ivec2"),
         "pixel_filter_width": Uniform("float"),
         "seed": Uniform("uint"),
-        "pass_index": Uniform("uint"),
+        "pass_index": Uniform("uint", of_parts=True),
         "lens": When("LENS", Uniform("vec3")),  # radius, rotation, width over height
         "focus": When("LENS", Uniform("float")),
         "blades": When("LENS", Uniform("int")),

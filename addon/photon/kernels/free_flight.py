@@ -51,7 +51,7 @@ class FreeFlight(Kernel):
     uniforms = {
         "air": Uniform("float"),  # the number of what is everywhere, or 0
         "seed": When("SCATTERING", Uniform("uint")),
-        "pass_index": When("SCATTERING", Uniform("uint")),
+        "pass_index": When("SCATTERING", Uniform("uint", of_parts=True)),
         "depth": When("EYE", When("SCATTERING", Uniform("int"))),
         "frame_size": When("EYE", When("SCATTERING", Uniform("ivec2"))),
         "beam_count": When("EYE", When("SCATTERING", Uniform("int"))),

@@ -51,8 +51,9 @@ class Gather(Kernel):
     outputs = {"irradiance": IRRADIANCE, **GLOSSY}
     uniforms = {
         "grid_origin": Uniform("vec3"),
-        "cell_size": Uniform("float"),
-        "grid_cells": Uniform("ivec3"),
+        "cell_size": Uniform("float", of_parts=True),
+        "grid_cells": Uniform("ivec3", of_parts=True),
+        "first_cell": Uniform("int", of_parts=True),
         "photon_range": Uniform("ivec2"),  # the sorted photons to add: first, and one past the last
         **GATHERS_BY_DEPTH,
     } | radius_field.UNIFORMS

@@ -38,7 +38,8 @@ class Generator(Kernel):
     uniforms = {
         "seed": Uniform("uint"),
         "pass_index": Uniform("uint"),
-        "photons": Uniform("int"),
+        "photons": Uniform("int"),  # of a pass
+        "passes": Uniform("int"),  # whose photons start together
         "light_count": Uniform("int"),
         "distant_lights": When(("AIMED", "PANES"), Uniform("int")),
     }

@@ -64,7 +64,7 @@ class Scatter(Kernel):
     }
     uniforms = {
         "seed": Uniform("uint"),
-        "pass_index": Uniform("uint"),
+        "pass_index": Uniform("uint", of_parts=True),
         "depth": Uniform("int"),
         "volume_bounces": When("SCATTERING", Uniform("int")),
         "chain_depth": When("TRANSPARENT", Uniform("int")),

@@ -123,7 +123,7 @@ class Shade(Kernel):
     outputs = {**POINT, **LOBES}
     uniforms = {
         "seed": When("LOBES", Uniform("uint")),
-        "pass_index": When("LOBES", Uniform("uint")),
+        "pass_index": When("LOBES", Uniform("uint", of_parts=True)),
         "bounce": When("PHOTONS", Uniform("int")),
         "depth": When("EYE", Uniform("int")),
         "chain_depth": When("EYE", When("WALKS", Uniform("int"))),

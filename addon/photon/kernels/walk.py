@@ -22,7 +22,7 @@ class Walk(Kernel):
     }
     uniforms = {
         "seed": Uniform("uint"),
-        "pass_index": Uniform("uint"),
+        "pass_index": Uniform("uint", of_parts=True),
         "depth": Uniform("int"),
         "frame_size": Uniform("ivec2"),
     }

@@ -115,6 +115,10 @@ class Aiming:
         """Whether a pass may be started without more photons than its own."""
         return index < self._first or self._learned is not None
 
+    def alike(self, index: int, passes: int) -> int:
+        """How many of as many passes from one on have photons that start alike."""
+        return min(passes, self._first - index) if index < self._first else passes
+
     def is_missed(self, landed: float) -> bool:
         """Whether photons that start by flux alone land so seldom, each in the mean, that all
         passes shall know; then they do."""

@@ -44,7 +44,7 @@ class _Flight:
 
 @dataclass
 class _Foreseen:
-    """What passes of so many photons found, whichever found the most."""
+    """What batches of so many photons found, whichever found the most."""
 
     photons: int
     landed: int
@@ -74,7 +74,7 @@ class DevicePhotonMapper:
         self._bounces = bounces
         self._compaction = Compaction(device, "paths", MEDIA_DEFINE * needs.carries_medium)
         self._tally = Tally(device, self._most_bounces)
-        self._foreseen: dict[int, _Foreseen] = {}  # by the photons of a pass
+        self._foreseen: dict[int, _Foreseen] = {}  # by the photons of a batch
         self._flight: _Flight | None = None
         self._dropped = 0  # deposits, before it
         self.deposits = DeviceDeposits(device, needs.caustics)
@@ -82,7 +82,7 @@ class DevicePhotonMapper:
 
     def start(self, batch: PhotonBatch) -> None:
         """Launch a batch as far as the passes before tell what it needs, and wait for nothing."""
-        photons = batch.photons
+        photons = batch.all_photons
         self._dropped = self.deposits.dropped
         flight = self._flight = self._emit(batch)
         # By rule of three from passes of other photons, such as the one that tells the radii.
@@ -137,9 +137,9 @@ class DevicePhotonMapper:
 
     def _emit(self, batch: PhotonBatch) -> _Flight:
         """Begin a batch."""
-        photons = batch.photons
+        photons, draw = batch.all_photons, draw_of(self._settings, batch.index)
         paths = self._paths.of(photons)
-        self._emission.run(paths.fronts(), draw_of(self._settings, batch.index), photons)
+        self._emission.run(paths.fronts(), draw, batch.photons, batch.passes)
         self.deposits.clear()
         self._tally.clear()
         self._bounces.make_room(photons)
@@ -161,7 +161,7 @@ class DevicePhotonMapper:
 
     def _learn(self, flight: _Flight, found: list[int]) -> _Foreseen:
         """Foresee as many photons alive as were found after a pass's first launches."""
-        photons = flight.batch.photons
+        photons = flight.batch.all_photons
         foreseen = self._foreseen.setdefault(photons, _Foreseen(photons, 0, {}))
         for bounce, alive in zip(flight.looks, found, strict=False):
             foreseen.alive[bounce] = max(foreseen.alive.get(bounce, 0), alive)

@@ -29,11 +29,13 @@ class Emission:
         self._generators = ByDefines(generator)
         self._generators.of({})
 
-    def run(self, streams: Mapping[str, Stream], draw: Mapping[str, int], photons: int) -> None:
-        """Write origin, direction and flux of a pass's photons; `draw`: what its random numbers
-        depend on."""
+    def run(
+        self, streams: Mapping[str, Stream], draw: Mapping[str, int], photons: int, passes: int = 1
+    ) -> None:
+        """Write origin, direction and flux of so many photons of a pass, and of as many of each
+        pass after it; `draw`: what its random numbers depend on."""
         tables = self._tables
-        values = {**draw, "photons": photons, "light_count": len(tables.lights)}
+        values = {**draw, "photons": photons, "passes": passes, "light_count": len(tables.lights)}
         if tables.aims or self._needs.panes:
             values["distant_lights"] = tables.distant_lights
         aimed: Defines = {"AIMED": 1} if tables.aims else {}

@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any, NamedTuple, Protocol
 
 import moderngl
@@ -12,17 +13,19 @@ import numpy as np
 import photon_stream_native as native
 from numpy.typing import NDArray
 
-from ...streams import Device, Program, Reading, Scan
+from ...streams import MOST_PARTS, Device, Program, Reading, Scan
 from ...streams.compute import clear
 from .deposits import Deposits
 
 MAX_RANKED = 8192  # photons in a cell that the device still ranks
+DIGITS_OF_PART = 25  # as in glsl/lib/of_part.glsl
 MOST_UINT = (1 << 32) - 1
 # Photons that a launch may add to a point where they crowd. Mesa's llvmpipe ends all loops of a
 # program after 65535 steps in sum, without a word; SIMD neighbours' steps add up.
 MAX_ADDED = 1 << 14
 
-Grid = Mapping[str, Any]  # its origin, cell size and cells: uniforms of kernels that read it
+Grid = Mapping[str, Any]  # its origin, cell size, cells and the number of its first one
+OF_PARTS = ("cell_size", "grid_cells", "first_cell")  # of these, what each has of its own
 
 
 class Sorted(NamedTuple):
@@ -40,8 +43,9 @@ NOTHING = Sorted({}, 0, 0)
 class Sort(Protocol):
     """What sorts a pass's photons."""
 
-    def run(self, deposits: Deposits, grid: Grid, span: int) -> Sorted:
-        """The deposits by cells, where a disc spans `span` cells at most."""
+    def run(self, deposits: Deposits, grids: Sequence[Grid], span: int) -> Sorted:
+        """The deposits by cells, those of each pass in a grid of its own, one after the other; a
+        disc spans `span` cells at most."""
 
     def release(self) -> None:
         """Free what is on the device."""
@@ -54,19 +58,50 @@ class HostSort:
         """`upload`: makes a list that kernels read of an array."""
         self._upload = upload
 
-    def run(self, deposits: Deposits, grid: Grid, span: int) -> Sorted:
+    def run(self, deposits: Deposits, grids: Sequence[Grid], span: int) -> Sorted:
         """As Sort's."""
         place, deposit = deposits.arrays()
         if len(place) == 0:
             return NOTHING
-        origin = np.array(grid["grid_origin"], np.float32)
-        start, order = native.sort_photons(place, origin, grid["cell_size"], grid["grid_cells"])
+        start, order = _sorted(place, grids)
         data = {"photon_place": place[order], "photon_deposit": deposit[order], "cell_start": start}
         lists = {name: self._upload(values) for name, values in data.items()}
         return Sorted(lists, len(place), _photons_a_launch(start, span), tuple(lists.values()))
 
     def release(self) -> None:
         """Nothing is held."""
+
+
+def _sorted(
+    place: NDArray[np.float32], grids: Sequence[Grid]
+) -> tuple[NDArray[np.uint32], NDArray[Any]]:
+    """Where each cell's photons start, and all photons in order."""
+    sort = [
+        partial(
+            native.sort_photons,
+            origin=np.array(grid["grid_origin"], np.float32),
+            cell_size=grid["cell_size"],
+            cells=grid["grid_cells"],
+        )
+        for grid in grids
+    ]
+    if len(grids) == 1:
+        return sort[0](place)
+    part = _part_of(place[:, 3])
+    starts, orders, before = [np.zeros(1, np.uint32)], [], 0
+    for number, of_one in enumerate(sort):
+        own = np.flatnonzero(part == number)
+        start, order = of_one(place[own])
+        starts.append(start[1:] + np.uint32(before))
+        orders.append(own[order])
+        before += len(own)
+    return np.concatenate(starts), np.concatenate(orders)
+
+
+def _part_of(surfaces: NDArray[np.float32]) -> NDArray[np.int32]:
+    """As part_of of glsl/lib/of_part.glsl, of places' surfaces that are not zero."""
+    turn = ((surfaces.view(np.uint32) >> 23 & 255).astype(np.int32) - 127) // DIGITS_OF_PART
+    return np.where(turn > 0, 2 * turn - 1, -2 * turn)
 
 
 def _photons_a_launch(start: NDArray[np.uint32], span: int) -> int:
@@ -90,36 +125,40 @@ class DeviceSort:
         self._reading: Reading | None = None  # of it, in the last pass
         self._buffers: dict[str, moderngl.Buffer] = {}
 
-    def run(self, deposits: Deposits, grid: Grid, span: int) -> Sorted:
+    def run(self, deposits: Deposits, grids: Sequence[Grid], span: int) -> Sorted:
+        """As Sort's."""
         count, place, deposit = deposits.tables()
         if count == 0:
             return NOTHING
-        cells = math.prod(grid["grid_cells"])
+        cells = grids[-1]["first_cell"] + math.prod(grids[-1]["grid_cells"])
+        padded = [*grids, *[grids[-1]] * (MOST_PARTS - len(grids))]
+        values = {name: [grid[name] for grid in padded] for name in OF_PARTS}
+        values["grid_origin"] = grids[0]["grid_origin"]
         counts = self._buffer("counts", cells + 1)
         starts = self._buffer("starts", cells + 1)
         listed = self._buffer("listed", count)
         clear(self._device, counts, cells + 1)
         clear(self._device, self._fullest, 1)
-        self._count.run(count, [counts, self._fullest], {"place": place}, uniforms=grid)
+        self._count.run(count, [counts, self._fullest], {"place": place}, uniforms=values)
         # Ranking costs the square of a cell's photons: a crowded focus goes to the host. Whether
         # there is one the last pass tells, for which no host waits; the first waits for its own,
         # and ranks none until then.
         last, self._reading = self._reading, self._device.ask(self._fullest, 1)
         if last and _is_crowded(last):
-            return self._host.run(deposits, grid, span)
+            return self._host.run(deposits, grids, span)
         self._device.copy_buffer(starts, counts, 4 * (cells + 1))
         self._scan.run(starts, cells + 1)
-        self._scatter.run(count, [counts, starts, listed], {"place": place}, uniforms=grid)
+        self._scatter.run(count, [counts, starts, listed], {"place": place}, uniforms=values)
         places, fluxes = (self._buffer(name, 4 * count) for name in ("places", "deposits"))
         textures = {"place": place, "deposit": deposit}
         self._rank.run(
             count,
             [starts, listed, places, fluxes, self._fullest],
             textures,
-            uniforms={**grid, "most_ranked": MOST_UINT if last else MAX_RANKED},
+            uniforms={**values, "most_ranked": MOST_UINT if last else MAX_RANKED},
         )
         if not last and _is_crowded(self._reading):
-            return self._host.run(deposits, grid, span)
+            return self._host.run(deposits, grids, span)
         lists = {"photon_place": places, "photon_deposit": fluxes, "cell_start": starts}
         return Sorted(lists, count, count)  # a GPU ends no loop early
 

@@ -42,6 +42,7 @@ class _Key(NamedTuple):
 
     pass_index: int
     photons: int
+    passes: int  # together with it
     starts: bytes  # how they start at lights
 
 
@@ -75,7 +76,7 @@ class Kept:
         self._passes: dict[_Key, _Pass] = {}
         self.photon_bytes = 0  # that the deposits of these take
         self._spare = self.budget
-        self._key = _Key(-1, 0, b"")  # of the pass that was started
+        self._key = _Key(-1, 0, 1, b"")  # of the pass that was started
         self._tracing: Mapper | None = None  # who has started it and not finished
         self._before = 0, 0  # photons unfinished and dropped when it was
         self._beside: list[Kept] = []  # of the scene's other takes
@@ -164,9 +165,14 @@ class Kept:
         self.photon_bytes = 0
 
     def start(
-        self, mapper: Mapper, settings: Settings, index: int, photons: int | None = None
+        self,
+        mapper: Mapper,
+        settings: Settings,
+        index: int,
+        photons: int | None = None,
+        passes: int = 1,
     ) -> None:
-        """Launch what `finish` will give, unless that was done."""
+        """Launch what `finish` will give, of so many passes from one on, unless that was done."""
         source = (
             settings.seed,
             settings.photons_a_pass,
@@ -179,7 +185,8 @@ class Kept:
             self.forget_photons()
             self._source = source
         starts = self._scene.tables.starts() if self._scene else b""
-        key = _Key(index, settings.photons_a_pass if photons is None else photons, starts)
+        photons = settings.photons_a_pass if photons is None else photons
+        key = _Key(index, photons, passes, starts)
         if (self._tracing, self._key) == (mapper, key):
             return
         self._tracing, self._key, deposits = None, key, mapper.deposits
@@ -190,7 +197,7 @@ class Kept:
             deposits.held = key, kept.unfinished, kept.dropped
         else:
             self._before = mapper.unfinished, deposits.dropped
-            mapper.start(PhotonBatch(key.pass_index, key.photons))
+            mapper.start(PhotonBatch(key.pass_index, key.photons, passes=key.passes))
             self._tracing = mapper
 
     def finish(self, mapper: Mapper) -> Deposits:

@@ -19,12 +19,18 @@ PILOT_PHOTONS = 1 << 19
 
 @dataclass(frozen=True)
 class PhotonBatch:
-    """Photons of a pass."""
+    """Photons of a pass, or of several that are traced together."""
 
-    index: int  # of the pass
-    photons: int  # that start
+    index: int  # of the first one
+    photons: int  # that start in each
     # Deposits tell no colours, but their photons' numbers, and direct light is among them.
     numbered: bool = False
+    passes: int = 1
+
+    @property
+    def all_photons(self) -> int:
+        """Of all its passes."""
+        return self.photons * self.passes
 
     def first_to_deposit(self, settings: Settings) -> int:
         """The bounce from which on photons are deposited: first hits are direct light."""

@@ -10,12 +10,12 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ...streams import Defines, Device, Made, PingPong, Stream
+from ...streams import Defines, Device, Made, PingPong, Stream, of_parts
 from ...streams.device import Layer
 from ..kernels.gather import Gather
 from ..kernels.shade import depth_for
 from .deposits import Deposits
-from .grid_sort import NOTHING, Sort
+from .grid_sort import NOTHING, OF_PARTS, Sort
 from .radius_field import Radii
 
 MAX_CELLS = 1 << 22  # 16 MB of cell starts; a smaller radius then shares cells
@@ -67,7 +67,7 @@ class Gathering(Protocol):
     """What sums a pass's photons around visible points: a PhotonGrid, or the native core's."""
 
     def prepare(self, deposits: Deposits, radii: Radii) -> None:
-        """Build the grid for a pass's deposits and radii."""
+        """Build the grid for the deposits and radii of a pass, or of passes together."""
 
     def estimate(
         self, points: Mapping[str, Stream], irradiance: Stream, in_chain: bool = False
@@ -116,13 +116,19 @@ class PhotonGrid:
     def prepare(self, deposits: Deposits, radii: Radii) -> None:
         """As Gathering's."""
         self._forget()
-        self._radii, width = radii, radii.typical
-        crowd = deposits.count * width**2 / self._area if self._area else 0.0
-        share = max(NARROWEST, (PHOTONS_A_CELL / max(crowd, 1.0)) ** 0.5)
-        grid = self._cells.of(width * min(1.0, share))
-        self._uniforms = radii.uniforms | grid
-        span = math.ceil(2 * radii.largest / grid["cell_size"]) + 2
-        self._sorted = self._sort.run(deposits, grid, span)
+        self._radii = radii
+        grids, first = [], 0
+        for width in radii.typical:
+            # By what the radii were told by: passes rendered together have the cells of each alone.
+            crowd = radii.field.deposits * width**2 / self._area if self._area else 0.0
+            share = max(NARROWEST, (PHOTONS_A_CELL / max(crowd, 1.0)) ** 0.5)
+            grids.append({**self._cells.of(width * min(1.0, share)), "first_cell": first})
+            first += math.prod(grids[-1]["grid_cells"])
+        own = {name: of_parts([grid[name] for grid in grids]) for name in OF_PARTS}
+        self._uniforms = radii.uniforms | own | {"grid_origin": grids[0]["grid_origin"]}
+        spans = zip(radii.largest, grids, strict=True)
+        span = max(math.ceil(2 * largest / grid["cell_size"]) + 2 for largest, grid in spans)
+        self._sorted = self._sort.run(deposits, grids, span)
 
     def estimate(
         self, points: Mapping[str, Stream], irradiance: Stream, in_chain: bool = False

@@ -17,7 +17,8 @@ from .splats import Projection, Splats
 
 
 class PhotonPass:
-    """A pass's photons, on their way until the first point looks for them."""
+    """The photons of a pass, or of passes together, on their way until the first point looks for
+    them."""
 
     def __init__(self, photons: Photons, radii: Radii) -> None:
         self._photons, self.radii = photons, radii
@@ -72,15 +73,22 @@ class Photons:
         self._aiming, self._find_field = aiming, find_field
         self.dropped = 0  # deposits that were not finite, of the passes so far
 
-    def start(self, index: int) -> PhotonPass:
-        """Launch a pass's photons, unless that was done."""
+    def together(self, passes: range) -> range:
+        """How many of passes, from the first on, can be traced together: those whose photons start
+        by the same that is known."""
+        most = 1 if self.splat or not self._aiming.knows(passes.start) else len(passes)
+        return passes[: self._aiming.alike(passes.start, most)]
+
+    def start(self, passes: range) -> PhotonPass:
+        """Launch the photons of passes together, unless that was done."""
+        index = passes.start
         if not self._aiming.knows(index):
             with self._phases.timed("aim"):
                 self._aim(index)
         self._aiming.set(index)
         with self._phases.timed("photons"):
-            self._kept.start(self.mapper, self._settings, index)
-        return PhotonPass(self, self.field.of_pass(self._radius_scale(index)))
+            self._kept.start(self.mapper, self._settings, index, passes=len(passes))
+        return PhotonPass(self, self.field.of_passes(*map(self._radius_scale, passes)))
 
     def _aim(self, index: int) -> None:
         """Learn where a pass's photons start, and their radii if that is elsewhere."""
@@ -90,12 +98,12 @@ class Photons:
             self.field.release()
             self.field = field
 
-    def prefetch(self, index: int) -> None:
-        """Launch the photons of a pass to come, where that costs this one nothing."""
-        if not self._aiming.knows(index):
+    def prefetch(self, passes: range) -> None:
+        """Launch the photons of passes to come, where that costs these nothing."""
+        if not self._aiming.knows(passes.start):
             return  # that takes longer
-        if self._traces_ahead and index < self._settings.first_pass + self._settings.passes:
-            self.start(index)
+        if self._traces_ahead and passes:
+            self.start(passes)
 
     def land(self, radii: Radii) -> None:
         """Wait for the photons that were started, and make them ready to be summed."""
@@ -129,7 +137,7 @@ class Photons:
 
     def radius(self, index: int) -> float:
         """The radius of a pass, typical of where photons fall [scene units]."""
-        return self.field.of_pass(self._radius_scale(index)).typical
+        return self.field.of_passes(self._radius_scale(index)).typical[0]
 
     def launches(self) -> dict[str, int]:
         """How often each kernel has run."""

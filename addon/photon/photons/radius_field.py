@@ -14,7 +14,7 @@ import numpy as np
 import photon_stream_native as native
 from numpy.typing import NDArray
 
-from ...streams import Device, Kernel, Table, Uniform
+from ...streams import Device, Kernel, Table, Uniform, of_parts
 from ..kernels.records import RADIUS_GRID
 from ..stage.upload import upload_table
 from .device_radii import Box, Grids, Limits, step_of
@@ -22,7 +22,7 @@ from .device_radii import Box, Grids, Limits, step_of
 SAMPLE = 1 << 14  # photons that tell where nearly all lie, at most
 WIDEST = 1.4  # no radius is larger, in radii that even light would have
 # What a kernel that reads the radii (glsl/lib/radius.glsl) declares.
-UNIFORMS = {"radius_scale": Uniform("float")}
+UNIFORMS = {"radius_scale": Uniform("float", of_parts=True)}
 TABLES = {"radii": Table(RADIUS_GRID)}
 
 
@@ -77,16 +77,17 @@ class RadiusField:
     the axes that they face: the light on one side of a wall says nothing about the other.
     """
 
-    def __init__(self, found: Found, is_even: bool = False) -> None:
-        self._found, self.is_even = found, is_even
+    def __init__(self, found: Found, deposits: float = 0.0, is_even: bool = False) -> None:
+        """`deposits`: of a pass, about; whichever pass asks."""
+        self._found, self.deposits, self.is_even = found, deposits, is_even
 
     @classmethod
-    def even(cls, device: Device, radius: float) -> RadiusField:
+    def even(cls, device: Device, radius: float, deposits: float = 0.0) -> RadiusField:
         """One radius everywhere."""
         none = np.zeros((0, 4), np.float32)
         limits = Limits(1.0, 1.0, radius, radius, None)
         found = radii_on_host(device, (none, none), native.radius_grids(none)[0], limits)
-        return cls(found, is_even=True)
+        return cls(found, deposits, is_even=True)
 
     @cached_property
     def summary(self) -> tuple[float, float]:
@@ -104,9 +105,9 @@ class RadiusField:
         """As Found's."""
         return self._found.on_host
 
-    def of_pass(self, radius_scale: float) -> Radii:
-        """The radii of a pass whose radii are `radius_scale` times the first pass's."""
-        return Radii(self, radius_scale, {"radius_scale": radius_scale})
+    def of_passes(self, *scales: float) -> Radii:
+        """The radii of passes together, which are so many times the first pass's."""
+        return Radii(self, scales, {"radius_scale": of_parts(scales)})
 
     def release(self) -> None:
         """Put what it found back."""
@@ -159,21 +160,21 @@ def sample_of(
 
 @dataclass(frozen=True)
 class Radii:
-    """A pass's radii, as kernels take them."""
+    """Radii of passes that are rendered together, as kernels take them."""
 
     field: RadiusField
-    radius_scale: float
+    scales: tuple[float, ...]  # of each pass
     uniforms: dict[str, Any]  # of UNIFORMS
 
     @property
-    def typical(self) -> float:
-        """The median over the photons [scene units]."""
-        return self.field.summary[0] * self.radius_scale
+    def typical(self) -> tuple[float, ...]:
+        """Of each pass the median over the photons [scene units]."""
+        return tuple(self.field.summary[0] * scale for scale in self.scales)
 
     @property
-    def largest(self) -> float:
-        """Of all [scene units]."""
-        return self.field.summary[1] * self.radius_scale
+    def largest(self) -> tuple[float, ...]:
+        """Of each pass the largest [scene units]."""
+        return tuple(self.field.summary[1] * scale for scale in self.scales)
 
     def tables(self, kernel: Kernel) -> dict[str, Any]:
         """TABLES, as a GLSL or a native kernel reads them."""

@@ -86,14 +86,14 @@ def count_pairs(
     unit = deposits.copy()
     unit[:, :3] = 1.0
     low, high = photons[:, :3].min(axis=0), photons[:, :3].max(axis=0)
-    cell = max(float((high - low).max()) / _CELLS, radii.largest / 4, 1e-6)
+    cell = max(float((high - low).max()) / _CELLS, radii.largest[0] / 4, 1e-6)
     cells = tuple(int(n) + 1 for n in (high - low) / cell)
     none, whole = np.zeros_like(place), np.ones_like(place)  # uncut, and covered
-    discs = radii.field.on_host, radii.radius_scale, "constant"
+    discs = radii.field.on_host, radii.scales[0], "constant"
     photon_map = native.PhotonMap(photons, unit, tuple(map(float, low)), cell, cells)
     sums = photon_map.gather((place, facing, none, whole, none), *discs)
     at = radii.field.on_host.at(place.reshape(-1, 4), facing.reshape(-1, 4))
-    radius = at.astype(np.float64) * radii.radius_scale
+    radius = at.astype(np.float64) * radii.scales[0]
     return int(np.rint(sums[..., 0].ravel() * (math.pi * radius**2)).sum())
 
 
