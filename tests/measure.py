@@ -35,8 +35,8 @@ def rendered(device: Device, scene: Scene, **settings: Any) -> Iterator[Renderer
     } | settings
     renderer = prepare(scene, Settings(**settings), device)
     try:
-        for _ in range(renderer.settings.passes):
-            renderer.render_pass()
+        while left := renderer.settings.passes - renderer.film.passes:
+            renderer.render_passes(left)
         yield renderer
     finally:
         renderer.release()

@@ -13,15 +13,14 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 
 import numpy as np
 
 from ..streams import MOST_PARTS, TABLE_WIDTH
 from .backends.backend import Backend
-from .backends.sizes import FIXED, TEXEL, Bytes, PhotonCounts, Pool
+from .backends.sizes import FIXED, TEXEL, Bytes, PhotonCounts, Pool, free_host_memory
 from .errors import PhotonStreamError, SceneError, SettingsError
-from .eye.path import POINTS_TOGETHER, paths_together
+from .eye.path import paths_together
 from .film.denoise import FEWEST_FOR_TWO
 from .film.strips import strips_of
 from .kernels.records import LIGHT, LIGHT_NODE, LIGHT_PLACE, VOXEL
@@ -50,7 +49,6 @@ DENOISED, DENOISER, MOST_DENOISER = (220, 250), (520, 740), 3 << 30
 STRIP = 500  # a strip's pixel's on the host: means and errors in float64
 # Of what is left for more paths; what they may take where nobody knows what there is [bytes].
 PART_OF_ROOM, ROOM_UNKNOWN = 4, 1 << 28
-DEPOSITS_TOGETHER = 1 << 25  # of passes that are rendered together, at most
 MOST_GUESSED = 4.0  # deposits a photon, before any was traced
 TANGENTS = 3 * TEXEL  # and as much on the host
 
@@ -120,18 +118,21 @@ class Budget:
         self._seen_send_rays = seen_send_rays(scene, settings, self._materials)
         self._strip = strips_of(settings.frame_region, backend.strip_pixels)[0].size
         self._pools = backend.sizes.pools(free_host_memory())
-        self.passes = self.together = 1  # that are rendered together, and paths of theirs
+        self._most_points = backend.strip_pixels
+        still = backend.works_alone and not (scene.moving or scene.camera.motion)
+        # Passes that are rendered together, and paths of theirs whose light is looked for together.
+        self.passes, self.together, self._most_passes = 1, 1, MOST_PARTS if still else 1
         self.check()
-        if backend.works_alone and not (scene.moving or scene.camera.motion):
-            self.passes = self._passes_together()
         if backend.works_alone and self._has_chains:
             self.together = self._paths_together()
 
     def check(self, deposits: float | None = None) -> None:
-        """Raise SettingsError or SceneError, naming what to lower, for what is too large here.
+        """Raise SettingsError or SceneError, naming what to lower, for what is too large here; and
+        find how many passes there is room for together, no more than before.
 
         `deposits` a photon are known once some have been traced.
         """
+        self._most_passes = self.passes = self._passes_together(deposits)
         parts = self.parts(deposits)
         self._check_textures(parts, deposits)
         for pool in self._pools:
@@ -147,25 +148,35 @@ class Budget:
         most = paths_together((width, height * self.passes))
         return min(1 + max(more, 0), 1 + bounces, most)
 
-    def _passes_together(self) -> int:
-        """Passes, likewise. Splats are drawn pass by pass."""
-        settings, rows = self._settings, self._device.texture_limit // self._strip[1]
-        if settings.estimator == "splat":
+    def _passes_together(self, known: float | None) -> int:
+        """Passes, likewise; by the deposits of a photon if they are known. Splats are drawn pass by
+        pass. No more than half of all: those that are rendered first, somebody waits for."""
+        settings, sizes = self._settings, self._sizes
+        if settings.estimator == "splat" or self._most_passes == 1:
             return 1
-        photons = settings.photons_a_pass * self._has_photons
-        alone, two = (self.needed(passes=passes) for passes in (1, 2))
-        spare = self.spare(self._deposits(None))
+        photons = max(1, settings.photons_a_pass * self._has_photons)
+        landed = max(1, math.ceil(photons * self._deposits(known)))
+        alone, two = (self.needed(known, passes) for passes in (1, 2))
+        spare = self.spare(self._deposits(known), passes=1)
         room = ROOM_UNKNOWN if spare is None else max(spare, 0) // PART_OF_ROOM
-        deposits = max(1, math.ceil(photons * max(1.0, self._deposits(None))))
-        most = POINTS_TOGETHER // self._pixels, DEPOSITS_TOGETHER // deposits
-        return max(1, min(MOST_PARTS, 1 + room // (two - alone), *most, rows))
+        most = (
+            self._most_points // self._pixels,
+            self._device.texture_limit // self._strip[1],
+            int(
+                min(sizes.most_photons // photons, sizes.most_deposits(True) // landed, MOST_PARTS)
+            ),
+            1 + room // (two - alone),
+            settings.passes // 2,
+        )
+        return max(1, min(self._most_passes, *most))
 
-    def spare(self, deposits: float) -> int | None:
-        """What a render leaves of where its deposits are [bytes]; None: unknown."""
+    def spare(self, deposits: float, passes: int | None = None) -> int | None:
+        """What a render leaves of where its deposits are [bytes], with so many passes together;
+        None: unknown."""
         pool = self._pools[-1]
         if pool.free is None:
             return None
-        taken = sum(pool.taken(part.size) for part in self.parts(deposits))
+        taken = sum(pool.taken(part.size) for part in self.parts(deposits, passes))
         return int(pool.free - pool.fixed - taken)
 
     def needed(self, deposits: float | None = None, passes: int | None = None) -> int:
@@ -362,23 +373,6 @@ class Budget:
             raise triangles.refusal(f"{triangles.count} triangles are more than {name} holds")
         if images.count > limit * TABLE_WIDTH:
             raise images.refusal(f"{images.count} pixels are more than {name} holds")
-
-
-def free_host_memory() -> int | None:
-    """What the machine has left [bytes], or its control group if that is less; None: unknown."""
-    try:
-        lines = Path("/proc/meminfo").read_text().splitlines()
-        fields = dict(line.split(":") for line in lines)
-        free = 1024 * int(fields["MemAvailable"].split()[0])
-    except (OSError, KeyError, ValueError):
-        return None
-    group = Path("/sys/fs/cgroup")
-    try:
-        stat = dict(line.split() for line in (group / "memory.stat").read_text().splitlines())
-        limit, used = (int((group / f"memory.{x}").read_text()) for x in ("max", "current"))
-        return min(free, limit - used + int(stat["inactive_file"]))  # files make room
-    except (OSError, KeyError, ValueError):  # no group, or "max": no limit
-        return free
 
 
 def _check_pool(pool: Pool, sizes: Mapping[Part, float]) -> None:

@@ -302,7 +302,18 @@ class _Preparation:
         phases, aiming = self._phases, self._aiming
         assert aiming
         photons = Photons(
-            mapper, self._kept, settings, field, splat, grid, caustics, ahead, phases, aiming, find
+            mapper,
+            self._kept,
+            settings,
+            field,
+            splat,
+            grid,
+            caustics,
+            ahead,
+            phases,
+            aiming,
+            find,
+            backend.sizes.most_deposits(is_known=True),
         )
         self._own.append(photons.release_field)
         return photons

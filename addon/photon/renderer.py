@@ -48,7 +48,7 @@ class Parts:
     resolver: Resolver
     denoised: DenoisingResolver | None
     photons: Photons | None
-    together: int  # passes that are rendered together at most
+    passes_together: int  # at most
     phases: Phases
     own: list[Callable[[], None]]  # what releases them
 
@@ -69,7 +69,11 @@ class Renderer:
         self.triangles = len(parts.device_scene.mesh.triangles)
         self.eye, self.film, self.photons = parts.eye, parts.film, parts.photons
         self._images, self._resolver, self._denoised = parts.images, parts.resolver, parts.denoised
-        self._phases, self._own, self._together = parts.phases, parts.own, parts.together
+        self._phases, self._own, self._most_together = (
+            parts.phases,
+            parts.own,
+            parts.passes_together,
+        )
         self._first_normals: list[moderngl.Buffer] = []  # and depths, of each strip: not read yet
         # Nothing seen, until the first pass; a mean over passes would mix objects.
         x0, y0, x1, y1 = settings.frame_region
@@ -83,15 +87,25 @@ class Renderer:
     def render_passes(self, most: int) -> int:
         """Add the next passes to the film: as many as the device renders together, but no more than
         `most`; how many. Of a pass that is the same picture, to the bit, as by itself."""
+        return self._render_next(len(self.passes_together(most)), most)
+
+    def _render_next(self, count: int, most: int) -> int:
+        """Render so many passes of as many as somebody asks for; the first one by itself, where
+        there is no room for all."""
+        count = min(count, self._most_together)
         self.device.use()
-        passes = self.passes_together(most)
+        first = self.settings.first_pass + self.film.passes
         try:
             with self._phases.timed("eye"):
-                self._render(passes, most)
+                self._render(range(first, first + count), most)
             self.device.check()
         except StreamError as error:
-            raise DeviceError(str(error)) from error
-        return len(passes)
+            if count == 1 or len({film.passes for film in self.film.films}) > 1:
+                raise DeviceError(str(error)) from error
+            self._most_together = 1
+            self.device.drop_spare()
+            return self._render_next(1, most)
+        return count
 
     def passes_together(self, most: int, after: int = 0) -> range:
         """The passes that are rendered next, or after so many more. A GPU waits less for few
@@ -99,8 +113,8 @@ class Renderer:
         waits for the first ones."""
         done = self.film.passes + after
         index = self.settings.first_pass + done
-        passes = range(index, index + max(1, min(most, self._together, done)))
-        return self.photons.together(passes) if self.photons else passes
+        passes = range(index, index + max(1, min(most, self._most_together, done)))
+        return self.photons.started_alike(passes) if self.photons else passes
 
     def _render(self, passes: range, most: int) -> None:
         with self._phases.timed("bvh"):
@@ -127,7 +141,10 @@ class Renderer:
             self.film.add(number, images, len(passes))
 
     def _following(self, passes: range, most: int) -> range:
-        """The passes after some, if as many are asked for again; none after the last one."""
+        """The passes after some, of as many as are asked for; none after the last one, and none
+        where nobody knows yet how many will be rendered together."""
+        if len(passes) == most > 1:
+            return range(0)
         after = self.passes_together(most, len(passes))
         return range(after.start, min(after.stop, self.settings.first_pass + self.settings.passes))
 

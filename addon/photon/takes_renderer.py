@@ -56,11 +56,12 @@ class TakesRenderer(Renderer):
 
     def render_passes(self, most: int) -> int:
         """Add the next passes of every take to its film; how many."""
+        count = min(len(renderer.passes_together(most)) for renderer in self._of_takes)
+        after = self.film.passes + count
         for renderer in self._of_takes:
-            most = min(most, len(renderer.passes_together(most)))
-        for renderer in self._of_takes:
-            renderer.render_passes(most)
-        return most
+            while renderer.film.passes < after:
+                renderer._render_next(after - renderer.film.passes, most)
+        return count
 
     def images(self, wanted: Collection[str] | None = None, is_preview: bool = False) -> Picture:
         """As Renderer.images, and the light groups'; each take is denoised on its own."""

@@ -21,6 +21,7 @@ from .declaration import (
     Table,
     Uniform,
     When,
+    for_all_parts,
     in_registers,
     of_parts,
 )
@@ -62,6 +63,7 @@ __all__ = [
     "Tally",
     "Uniform",
     "When",
+    "for_all_parts",
     "in_registers",
     "of_parts",
 ]

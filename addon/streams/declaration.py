@@ -81,6 +81,11 @@ class When:
         return self.item.unwrapped() if isinstance(self.item, When) else self.item
 
 
+def for_all_parts(values: Sequence[Any]) -> list[Any]:
+    """As many as MOST_PARTS, for arrays of GLSL: the last one again."""
+    return [*values, *[values[-1]] * (MOST_PARTS - len(values))]
+
+
 Ports = Mapping[str, Any]  # of Record, or When
 
 

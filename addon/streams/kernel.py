@@ -15,13 +15,13 @@ from .declaration import (
     FIRST_LIST,
     GROUPS,
     MOST_OUTPUTS,
-    MOST_PARTS,
     THREADS,
     Declaration,
     Defines,
     Items,
     OfParts,
     Ports,
+    for_all_parts,
     present,
 )
 from .device import Device, Layer
@@ -224,7 +224,7 @@ class Kernel:
             value = values.pop(name)
             own = [*value] if isinstance(value, OfParts) else [value]
             parts = max(parts, len(own))
-            values[f"{name}_of"] = own + own[-1:] * (MOST_PARTS - len(own))
+            values[f"{name}_of"] = for_all_parts(own)
         if rows % parts:
             raise StreamError(f"{type(self).__name__}: {rows} rows are not of {parts} parts")
         return values | {"rows_a_part": rows // parts}
@@ -302,12 +302,12 @@ class Kernel:
                 )
             if stream.size != size:
                 raise StreamError(f"{who}: port {name!r} is {stream.size}, others are {size}")
-        written = {id(streams[name]): name for name in self.outputs}
+        written = {id(streams[name].texture): name for name in self.outputs}
         if len(written) < len(self.outputs):
             raise StreamError(f"{who}: one stream is bound to two outputs of {[*self.outputs]}")
         for name in self.inputs:
-            if id(streams[name]) in written:
-                other = written[id(streams[name])]
+            if id(streams[name].texture) in written:
+                other = written[id(streams[name].texture)]
                 raise StreamError(f"{who}: input {name!r} and output {other!r} are one stream")
         return size
 

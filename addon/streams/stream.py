@@ -48,15 +48,16 @@ class Stream:
                 f"stream of {self.record.name}: expected float32{expected}, "
                 f"got {data.dtype}{data.shape}"
             )
-        self.device.write(self.texture, np.ascontiguousarray(data))
+        self.device.write(self.texture, np.ascontiguousarray(data), (0, 0, *self.size))
 
     def download(self) -> NDArray[np.float32]:
         """The elements as float32 (height, width, 4)."""
-        return self.device.texels(self.texture).reshape(self.size[1], self.size[0], 4)
+        return self.elements().reshape(self.size[1], self.size[0], 4)
 
     def elements(self) -> NDArray[np.float32]:
         """As download, one after the other: (width * height, 4)."""
-        return self.device.texels(self.texture).reshape(-1, 4)
+        count = None if self._is_own else self.size[0] * self.size[1]
+        return self.device.texels(self.texture, count).reshape(-1, 4)
 
     def take(self, elements: NDArray[np.float32]) -> None:
         """Fill from the front with (n, 4); "no element" behind them."""
@@ -67,10 +68,17 @@ class Stream:
 
     def copy(self) -> moderngl.Buffer:
         """The elements as they are, on the device: Device.copy."""
-        return self.device.copy(self.texture)
+        whole = self.device.copy(self.texture)
+        if self._is_own:
+            return whole
+        size = 16 * self.size[0] * self.size[1]
+        part = self.device.buffer(size)
+        self.device.copy_buffer(part, whole, size)
+        self.device.put_back(whole)
+        return part
 
     def first_rows(self, rows: int) -> Stream:
-        """A stream that is the first rows of this one."""
+        """A stream that is the first rows of this one; `fill` fills all of them."""
         part = copy.copy(self)
         part.size, part._is_own = (self.size[0], rows), False
         return part

@@ -181,7 +181,6 @@ void kernel() {
     // Probes that tell what to expect, and others; in a second round more, where these are uncertain. Were the rounds
     // known to be two, compilers would make two copies of the probe, and that takes twice the time.
     int times = outer.scale > MUCH ? TILTED : 1, asked = is_held ? 0 : expecting, count = probes * times, more = 0;
-    int rounds = expecting > 0 ? 2 : 1;
     uint pass_number = first_probe / uint(max(probes, 1));
     vec2 on_own = vec2(0.0), over = vec2(1.0);
     vec2 shares = vec2(1.0), layers = vec2(0.0);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Whole numbers from 1 to 2^24, of either sign, that tell too which part of a stream they are of: by a power of two, so
 // that nothing is rounded. Of the first part they are what they are. Parts take turns with larger powers and with smaller
-// ones, of which float32 has room for as many as MOST_PARTS.
+// ones, of which float32 has room for eight.
 const int DIGITS_OF_PART = 25;
 
 int turn_of_part(int part) { return (part & 1) == 0 ? -(part >> 1) : (part + 1) >> 1; }
@@ -11,8 +11,8 @@ int turn_of(float number) {
 }
 
 float of_part(float number, int part) { return number * power_of_turn(turn_of_part(part)); }
-float number_in_part(float number) { return number * power_of_turn(-turn_of(number)); }
-int part_of(float number) {
+float without_part(float number) { return number * power_of_turn(-turn_of(number)); }
+int part_in(float number) {
     int turn = turn_of(number);
     return turn > 0 ? 2 * turn - 1 : -2 * turn;
 }

@@ -5,8 +5,8 @@
 #include "lib/of_part.glsl"
 
 float held_number(int photon, int part) { return of_part(float(photon + 1), part); }
-uint photon_number(Flux photon) { return uint(abs(number_in_part(photon.photon))) - 1u; }
-uint photon_part(Flux photon) { return uint(part_of(photon.photon)); }
+uint photon_number(Flux photon) { return uint(abs(without_part(photon.photon))) - 1u; }
+uint photon_part(Flux photon) { return uint(part_in(photon.photon)); }
 #ifdef DISPERSION
 bool has_colour(Flux photon) { return photon.photon < 0.0; }
 Flux with_colour(Flux photon) { return Flux(photon.flux, -abs(photon.photon)); }

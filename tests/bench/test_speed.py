@@ -102,7 +102,7 @@ def test_pairs_as_by_brute_force(
 
 def test_no_photons_no_pairs(device: Device) -> None:
     none = np.zeros((0, 4), np.float32)
-    field = RadiusField.even(device, 0.5)
+    field = RadiusField.even(device, 0.5, 0.0)
     points = np.ones((2, 2, 4), np.float32)
     assert count_pairs(points, points, none, none, field.of_passes(1.0)) == 0
     field.release()

@@ -101,6 +101,11 @@ def tables_of(mesh: Mesh, radii: Any) -> dict[str, Any]:
     }
 
 
+def in_glsl(draw: dict[str, Any]) -> dict[str, Any]:
+    """The uniforms of the GLSL kernel, by those of the native one."""
+    return draw | {"rounds": 1 + (draw["expecting"] > 0)}
+
+
 class CutDiscs:
     """Points on a plate whose discs are cut, and what coverage takes of them: well on a triangle,
     which holds the disc, and at the plate's edge. `radius_scale`: of a late pass, with radii that
@@ -145,7 +150,7 @@ def test_late_passes(one_bench: Bench) -> None:
     """Discs that are cut are smaller then, to the kernel as to the native core."""
     late, first = CutDiscs(0.3), CutDiscs()
     (shares, tilts), before = late.natively("cone"), first.natively("cone")[1]
-    given = late.streams, late.draw, late.tables, {"FILTER_CONE": 1}
+    given = late.streams, in_glsl(late.draw), late.tables, {"FILTER_CONE": 1}
     found = one_bench.run(Coverage, *given)
     same = np.isclose(found["tilt"], tilts, rtol=1e-3, atol=1e-3 / RADIUS).all(axis=1)
     same &= np.isclose(found["coverage"], shares, rtol=1e-3, atol=4 / PROBES).all(axis=1)
@@ -174,7 +179,7 @@ def test_coverage_of_cut_discs(one_bench: Bench, name: str) -> None:
                 yield (
                     shares,
                     tilts,
-                    one_bench.run(Coverage, discs.streams, draw, discs.tables, defines),
+                    one_bench.run(Coverage, discs.streams, in_glsl(draw), discs.tables, defines),
                 )
 
     for shares, tilts, found in passes():
@@ -254,7 +259,7 @@ def test_coverage_of_a_strip(one_bench: Bench, is_split: bool, off: float) -> No
     fifth of which find it, tell it to 1.04. By several lanes as by one."""
     board = Strip(0.1, is_split)
     shares = board.passes(32, 1.0)[:, :, 0]
-    defines, given = {"FILTER_CONE": 1}, (board.streams, board.draw(31, 1.0), board.tables)
+    defines, given = {"FILTER_CONE": 1}, (board.streams, in_glsl(board.draw(31, 1.0)), board.tables)
     found = one_bench.run(Coverage, *given, defines)["coverage"]
     np.testing.assert_allclose(found[:, 0], shares[-1], atol=2e-3)
     lanes = Bench(one_bench.device, "compute").run(Coverage, *given, defines, lanes=8)["coverage"]

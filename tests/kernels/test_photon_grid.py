@@ -69,7 +69,7 @@ def test_device_sort_equals_native_sort(
         for bounce in bounces:
             deposits.append(*streams(device, *bounce))
         grid = grid_of(backend)
-        grid.prepare(deposits, RadiusField.even(device, radius).of_passes(1.0))
+        grid.prepare(deposits, RadiusField.even(device, radius, 0.0).of_passes(1.0))
         count = deposits.tables()[0]
         device.bind.settle()
         places, fluxes = (
@@ -97,7 +97,7 @@ def test_crowds_are_not_ranked_unasked(device: Device, monkeypatch: pytest.Monke
     for bounce in bounces:
         deposits.append(*streams(device, *bounce))
     grid = grid_of(ResidentBackend(device))
-    radii = RadiusField.even(device, 5.0).of_passes(1.0)  # one cell holds them all
+    radii = RadiusField.even(device, 5.0, 0.0).of_passes(1.0)  # one cell holds them all
     grid.prepare(deposits, radii)
     sort, ranked = grid._sort, []
     for max_ranked in (3, 1 << 20):

@@ -16,22 +16,29 @@ from addon.photon.backends.backend import backend_of
 from addon.photon.errors import DeviceError
 from addon.photon.eye.eye import Eye
 from addon.photon.film.film import Film, HostFilm, half_of
+from addon.photon.kernels.cuts import Cuts
 from addon.photon.kernels.records import RADIANCE
 from addon.photon.memory import Budget
 from addon.photon.photons import grid_sort
+from addon.photon.photons.device_photon_mapper import DevicePhotonMapper
 from addon.photon.photons.grid_sort import HostSort
 from addon.photon.photons.kept import Kept
+from addon.photon.photons.mapper import PhotonBatch
+from addon.photon.photons.photon_pass import SPARE_DEPOSITS
 from addon.photon.prepare import prepare
 from addon.photon.renderer import Renderer
 from addon.photon.scene import Scene
 from addon.photon.scene.camera import Motion
 from addon.photon.settings import Settings
-from addon.streams import Device, Kernel, OfParts, Stream, StreamError, Uniform
+from addon.photon.stage.needs import SceneNeeds
+from addon.photon.takes_renderer import TakesRenderer
+from addon.streams import Device, OfParts, Stream, StreamError
 from tests.measure import assert_same
 from tests.physics.test_dispersion import material as dispersive
 from tests.scenes import cornell
 from tests.unit.kept_frames import moved
 from tests.unit.test_compaction import SETTINGS, shiny, veiled
+from tests.unit.test_takes import grouped
 from tests.unit.test_together import misty, waxen
 
 OURS = replace(SETTINGS, backend="compute", passes=11)
@@ -78,17 +85,6 @@ def test_no_bit_changes(device: Device, scene: Callable[[], Scene], first_pass: 
     assert_same(found, expected)
 
 
-def test_in_strips(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("STRIP_PIXELS", "GPU_STRIP_PIXELS"):
-        monkeypatch.setattr(backend_module, name, 5 * PLAIN.width)
-    expected, _ = rendered(prepare(cornell(True), PLAIN, device), most=1)
-    renderer = prepare(cornell(True), PLAIN, device)
-    assert len(renderer.film.strips) > 1
-    found, together = rendered(renderer)
-    assert together == GROUPS
-    assert_same(found, expected)
-
-
 def test_photons_that_start_elsewhere_from_a_pass_on(device: Device) -> None:
     """Those of passes together start alike."""
     settings = replace(PLAIN, first_pass=10, passes=12)
@@ -99,10 +95,13 @@ def test_photons_that_start_elsewhere_from_a_pass_on(device: Device) -> None:
 
 
 def test_where_photons_crowd(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The host sorts them."""
+    """The host sorts them, and each pass adds up its own in several launches."""
+    monkeypatch.setattr(grid_sort, "MAX_ADDED", 300)
     settings = replace(PLAIN, radius=20.0)  # in few cells
-    expected, _ = rendered(prepare(cornell(), settings, device), most=1)
-    monkeypatch.setattr(grid_sort, "MAX_RANKED", 3)
+    monkeypatch.setattr(grid_sort, "_is_crowded", lambda *_: True)
+    renderer = prepare(cornell(), settings, device)
+    expected, _ = rendered(renderer, most=1)
+    assert renderer.launches()["gather"] > 2 * settings.passes
     run, sorted_passes = HostSort.run, []
 
     def noted(self: HostSort, deposits: Any, grids: Any, span: int) -> Any:
@@ -113,6 +112,63 @@ def test_where_photons_crowd(device: Device, monkeypatch: pytest.MonkeyPatch) ->
     found, _ = rendered(prepare(cornell(), settings, device))
     assert 4 in sorted_passes
     assert_same(found, expected)
+
+
+def test_lanes_that_share_probes(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those of one work group are of two passes, one of which asks for more."""
+    monkeypatch.setattr(backend_module, "lanes_of_probes", lambda *_: 4)
+    settings = replace(PLAIN, height=15, first_pass=1, passes=9)
+    expected, _ = rendered(prepare(cornell(True), settings, device), most=1)
+    found, together = rendered(prepare(cornell(True), settings, device))
+    assert together == [1, 1, 2, 4, 1]  # of these four the last one
+    assert_same(found, expected)
+
+
+def test_a_bounce_a_launch(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As where materials are long to compile."""
+    monkeypatch.setattr(SceneNeeds, "shades_long", True)
+    settings = replace(PLAIN, passes=11)
+    expected, _ = rendered(prepare(cornell(True), settings, device), most=1)
+    found, _ = rendered(prepare(cornell(True), settings, device))
+    assert_same(found, expected)
+
+
+def test_takes(device: Device) -> None:
+    """Each take's photons fly ahead for as many passes as come next."""
+    settings = replace(PLAIN, passes=11)
+    expected, _ = rendered(prepare(grouped(), settings, device), most=1)
+    renderer = prepare(grouped(), settings, device)
+    assert isinstance(renderer, TakesRenderer)
+    found, together = rendered(renderer)
+    assert together == [1, 1, 2, 4, 3]
+    assert_same(found, expected)
+
+
+def test_no_room_for_all(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Then one by one."""
+    settings = replace(PLAIN, passes=11)
+    expected, _ = rendered(prepare(cornell(True), settings, device), most=1)
+    start = DevicePhotonMapper.start
+
+    def refuse(mapper: DevicePhotonMapper, batch: PhotonBatch) -> None:
+        if batch.passes > 2:
+            raise StreamError("no room")
+        start(mapper, batch)
+
+    monkeypatch.setattr(DevicePhotonMapper, "start", refuse)
+    found, together = rendered(prepare(cornell(True), settings, device))
+    assert together == [1] * 11
+    assert_same(found, expected)
+
+
+def test_lists_that_are_too_short(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """For the deposits of many passes."""
+    renderer = prepare(cornell(), PLAIN, device)
+    assert renderer.photons
+    landed = renderer.photons.field.deposits
+    monkeypatch.setattr(renderer.photons, "_most_deposits", 3.2 * SPARE_DEPOSITS * landed)
+    _, together = rendered(renderer)
+    assert max(together) == 3
 
 
 def test_who_asks_for_other_numbers(device: Device) -> None:
@@ -178,6 +234,7 @@ def test_which_are_not(device: Device, scene: Callable[[], Scene], changes: dict
 def test_how_many(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     """As there is room for, and no render is refused for them."""
     monkeypatch.setattr(device, "is_software", False)
+    monkeypatch.setattr(device, "buffer_limit", 1 << 31)
     free: int | None = 1 << 40
     monkeypatch.setattr(device, "free_memory", lambda: free, raising=False)
     monkeypatch.setattr(memory, "free_host_memory", lambda: None)
@@ -187,8 +244,8 @@ def test_how_many(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
         return Budget(cornell(), settings, backend_of(settings, device)).passes
 
     found = [passes(*size) for size in ((512, 512), (1024, 1024), (1920, 1080), (4096, 4096))]
-    assert found == [8, 4, 2, 1]
-    assert passes(512, 512, photons=1 << 23) == 1
+    assert found == [8, 2, 1, 1]
+    assert [passes(512, 512, photons=1 << n) for n in (21, 23, 24)] == [8, 2, 1]
     free = None
     alone = Budget(
         cornell(), Settings(512, 512, backend="compute"), backend_of(Settings(), device)
@@ -205,8 +262,7 @@ def test_a_film_of_passes_together(device: Device) -> None:
     size, names, halved = (8, 3), ("combined", "direct", "indirect"), ("direct", "indirect")
     random = np.random.default_rng(2)
     films: list[Film | HostFilm] = [
-        Film(device, layer, size, names, halved=halved)
-        for layer in ("compute", "compute", "fragment")
+        Film(device, layer, size, names, halved=halved) for layer in ("compute", "compute")
     ]
     films.append(HostFilm(size, names, halved))
     for film in films:
@@ -217,13 +273,13 @@ def test_a_film_of_passes_together(device: Device) -> None:
         given = random.lognormal(size=(len(names), 4 * size[1], size[0], 4)).astype(np.float32)
         for image, stream in zip(given, streams.values(), strict=True):
             stream.upload(image)
-        for film in (films[0], *films[2:]):
-            film.add(streams, passes)
+        films[0].add(streams, passes)
         for number in range(passes):
             rows = slice(number * size[1], (number + 1) * size[1])
             for image, stream in zip(given, one.values(), strict=True):
                 stream.upload(image[rows].copy())
-            films[1].add(one)
+            for film in films[1:]:
+                film.add(one)
     first, *others, host = (film.statistics() for film in films)
     for other in others:
         assert (other.passes, other.half_passes) == (first.passes, first.half_passes) == (15, 8)
@@ -239,17 +295,15 @@ def test_a_film_of_passes_together(device: Device) -> None:
         stream.release()
 
 
-class _Scaled(Kernel):
-    """A kernel of the tests' own."""
-
-    stem = "combine_all"
-    uniforms = {"scale": Uniform("float", of_parts=True)}
-
-
 def test_parts_of_a_stream_are_as_high(device: Device) -> None:
     """Five rows are not of two passes."""
-    kernel = object.__new__(_Scaled)
-    kernel._of_parts = ["scale"]
-    assert kernel._by_parts({"scale": OfParts((1.0, 2.0))}, 4)["rows_a_part"] == 2
+    kernel = Cuts(device, "compute")
+    ports = {**kernel.inputs, **kernel.outputs}
+    streams = {name: Stream(device, record, (4, 5)) for name, record in ports.items()}
+    tables = {name: device.texture((4, 4), 4) for name in kernel.tables}
     with pytest.raises(StreamError, match="5 rows are not of 2 parts"):
-        kernel._by_parts({"scale": OfParts((1.0, 2.0))}, 5)
+        kernel.run(streams, tables, {"radius_scale": OfParts((1.0, 2.0))})
+    for stream in streams.values():
+        stream.release()
+    for texture in tables.values():
+        device.put_back(texture)

@@ -12,12 +12,15 @@ from addon.photon.jobs.stops import Stops
 from addon.photon.settings import Settings
 
 
-def run(error: Any = None, second: float = 0.0, **settings: Any) -> tuple[int, str, list[int]]:
-    """After how many passes it ended and why, and when the error was looked at."""
+def run(
+    error: Any = None, second: float = 0.0, together: int = 1, **settings: Any
+) -> tuple[int, str, list[int]]:
+    """After how many passes it ended and why, and when the error was looked at; `together`: so many
+    passes at once, where it lets."""
     looks: list[int] = []
     stops, passes, reached = Stops(Settings(**settings)), 0, ""
     while not reached:
-        passes += 1
+        passes += min(together, stops.most_together())
 
         def look(done: int = passes) -> float:
             looks.append(done)
@@ -63,6 +66,34 @@ def test_min_passes(least: int, expected: int) -> None:
 
 def test_max_passes_before_min_passes() -> None:
     assert run(lambda n: 0.001, passes=3, noise_threshold=0.01) == (3, "passes", [])
+
+
+@pytest.mark.parametrize("together", [3, 8])
+def test_passes_together(together: int) -> None:
+    """Its looks and its end are those of one by one."""
+    errors = (
+        lambda n: 0.2 / math.sqrt(n),
+        lambda n: math.hypot(0.2 / math.sqrt(n), 0.03 * n ** (-1 / 6)),
+        lambda n: 0.011,
+    )
+    for error in errors:
+        for least in (8, 9, 17):
+            settings = {"passes": 3000, "noise_threshold": 0.01, "min_passes": least}
+            assert run(error, together=together, **settings) == run(error, **settings)
+
+
+def test_passes_together_are_not_waited_for() -> None:
+    """A second each: by the time limit none is rendered in vain. Of a hundredth each, half a
+    second's worth."""
+    assert run(passes=100, second=1.0, together=8, time_limit=3.5) == (4, "time", [])
+    stops = Stops(Settings(passes=1000, time_limit=1.1))
+    assert stops.most_together() == 1  # nobody knows yet what one takes
+    for passes in (1, 2):
+        stops.reached(passes, 0.01 * passes, lambda: 1.0)
+    assert stops.most_together() == 32
+    stops.reached(100, 1.0, lambda: 1.0)
+    assert stops.most_together() == 8
+    assert stops.reached(108, 1.2, lambda: 1.0) == "time"
 
 
 @pytest.mark.parametrize("unknown", [math.inf, math.nan])

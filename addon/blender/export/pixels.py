@@ -10,8 +10,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ...photon.backends.sizes import free_host_memory
 from ...photon.errors import SceneError
-from ...photon.memory import free_host_memory
 from .colour_spaces import Space, colour_space_of, to_linear
 from .texels import (
     as_floats,

@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import NamedTuple
 
 from ...streams import TABLE_WIDTH, Device
@@ -66,9 +67,9 @@ class Pool:
 class PhotonCounts:
     """How many photons there are, and what they do."""
 
-    passes: Sequence[int]  # photons of passes together, of one pass, and that tell the radii
+    batches: Sequence[int]  # photons of passes together, of one pass, and that tell the radii
     landed: float  # deposits of a pass, or of passes together
-    together: int  # passes, each with a grid of its own
+    passes: int  # together, each with a grid of its own
     most_bounces: int
     has_lobes: bool
     media: int  # pairs of streams that tell what they are in, and how that scatters them
@@ -78,7 +79,7 @@ class PhotonCounts:
     @property
     def a_pass(self) -> int:
         """The photons of a pass, or of passes together."""
-        return self.passes[0]
+        return self.batches[0]
 
 
 class Sizes:
@@ -157,12 +158,12 @@ class ResidentSizes(Sizes):
     denoising_textures = STREAMS
 
     def paths(self, counts: PhotonCounts) -> Bytes:
-        rows = sum(landed_rows(photons, counts.most_bounces) for photons in {*counts.passes})
+        rows = sum(landed_rows(photons, counts.most_bounces) for photons in {*counts.batches})
         a_photon = PATHS + LOBE_PATHS if counts.shades_long else RESIDENT_PATHS
-        paths = (a_photon + MEDIA * counts.media) * sum({*counts.passes})
+        paths = (a_photon + MEDIA * counts.media) * sum({*counts.batches})
         paths += 0 if counts.shades_long else 2 * TEXEL * STREAM_WIDTH * rows
         lists = RESIDENT_ROOM * counts.a_pass + (RESIDENT_LISTED + SORTED) * counts.landed
-        return Bytes(paths + lists + CELLS * (counts.together - 1))
+        return Bytes(paths + lists + CELLS * (counts.passes - 1))
 
 
 class NativeSizes(Sizes):
@@ -192,3 +193,20 @@ class NativeSizes(Sizes):
 
     def most_deposits(self, is_known: bool) -> float:
         return math.inf
+
+
+def free_host_memory() -> int | None:
+    """What the machine has left [bytes], or its control group if that is less; None: unknown."""
+    try:
+        lines = Path("/proc/meminfo").read_text().splitlines()
+        fields = dict(line.split(":") for line in lines)
+        free = 1024 * int(fields["MemAvailable"].split()[0])
+    except (OSError, KeyError, ValueError):
+        return None
+    group = Path("/sys/fs/cgroup")
+    try:
+        stat = dict(line.split() for line in (group / "memory.stat").read_text().splitlines())
+        limit, used = (int((group / f"memory.{x}").read_text()) for x in ("max", "current"))
+        return min(free, limit - used + int(stat["inactive_file"]))  # files make room
+    except (OSError, KeyError, ValueError):  # no group, or "max": no limit
+        return free

@@ -68,8 +68,9 @@ class EyeCamera:
     def send(
         self, passes: range, region: Region, origin: Stream, direction: Stream, pixel: Stream
     ) -> Projection:
-        """Send one ray of each pass through each pixel of a region; where points project then. Of
-        a camera that moves each pass is another instant's."""
+        """Send one ray of each pass through each pixel of a region; where points project then. A
+        camera that moves sees one pass at a time, each at its instant."""
+        assert len(passes) == 1 or not self._camera.motion
         settings = self._settings
         x0, y0, x1, y1 = region
         matrix, window = self._run(passes, (x0, y0), (origin, direction, pixel))

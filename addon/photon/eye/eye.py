@@ -346,12 +346,13 @@ class Eye:
         kernel = self._coverage
         if kernel is None:
             return path.at.unit_coverage
-        draw = {n: value for n, value in self._draw(path).items() if n in kernel.uniforms}
+        draw = self._draw(path) | probes_of(path.passes)
+        draw = {n: value for n, value in draw.items() if n in kernel.uniforms}
         points = self.of(path)
         kernel.run(
             {name: points[name] for name in ("pixel", *POINT, "cuts", "coverage", "tilt")},
             self._tables.of(kernel) | radii.tables(kernel),
-            draw | radii.uniforms | probes_of(path.passes),
+            draw | radii.uniforms,
         )
         return path.at.ones["coverage"]
 

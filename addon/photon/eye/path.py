@@ -40,13 +40,13 @@ WALKED = ("origin", "direction", "throughput")  # of these, what walks below sur
 FIRST = {"chain": "first_chain", "medium": "first_medium"}
 
 
-# Paths of a pass whose light is looked for together, and points of all of these, at most: for each
-# alone a GPU would wait for few threads that take long.
+# Paths, of a pass or of passes together, whose light is looked for together, and points of all of
+# these, at most: for each alone a GPU would wait for few threads that take long.
 MOST_TOGETHER, POINTS_TOGETHER = 4, 1 << 22
 
 
 def paths_together(size: tuple[int, int]) -> int:
-    """How many of a pass's paths may have places, of streams of a size."""
+    """How many paths may have places, of streams of a size."""
     return max(1, min(MOST_TOGETHER, POINTS_TOGETHER // (size[0] * size[1])))
 
 

@@ -145,7 +145,7 @@ class Film:
         """`spare`: streams of SUM, SPARE of them, that films of one size share; `halved`: images
         of which there is a sum of half of the passes besides."""
         self.passes = self.half_passes = 0
-        self._names, self._halved, self._rows = names, halved, size[1]
+        self._names, self._halved = names, halved
         self._kernels: dict[int, Kernel] = {2: AccumulateTwo(device, layer)}  # by their images
         if len(names) % 2 or (len(names) + len(halved)) % 2:
             self._kernels[1] = Accumulate(device, layer)
@@ -243,7 +243,6 @@ class HostFilm:
     ) -> None:
         shape = (size[1], size[0], 4)
         self.passes = self.half_passes = 0
-        self._rows = size[1]
         self._sums = {name: np.zeros(shape) for name in names}
         self._halves = {name: np.zeros(shape) for name in halved}
         self._batches, self._squares = (
@@ -254,12 +253,9 @@ class HostFilm:
         """As Film.prepare: arrays are made of zeros."""
 
     def add(self, images: dict[str, Stream], passes: int = 1) -> None:
-        """As Film.add."""
-        for number in range(passes):
-            self._add(images, slice(number * self._rows, (number + 1) * self._rows))
-
-    def _add(self, images: dict[str, Stream], rows: slice) -> None:
-        combined = images["combined"].download()[rows]
+        """As Film.add, of one pass: software OpenGL renders none together."""
+        assert passes == 1
+        combined = images["combined"].download()
         for length, batch in self._batches.items():
             place = self.passes % length
             if place == 0:
@@ -269,7 +265,7 @@ class HostFilm:
                 self._end_batch(length, combined)
         first = in_first_half(self.passes)
         for name, total in self._sums.items():
-            image = combined if name == "combined" else images[name].download()[rows]
+            image = combined if name == "combined" else images[name].download()
             total += image
             if first and name in self._halves:
                 self._halves[name] += image

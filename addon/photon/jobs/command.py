@@ -113,7 +113,7 @@ def _render(path: Path, output: Path, given: dict[str, Any], check: Callable[[],
         stops, reached = Stops(settings), ""
         while not reached:
             check()
-            renderer.render_passes(settings.passes - renderer.film.passes)
+            renderer.render_passes(stops.most_together())
             done = renderer.film.passes
             elapsed = time.perf_counter() - start
             reached = stops.reached(done, elapsed, lambda: renderer.error().total)

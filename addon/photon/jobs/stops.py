@@ -14,6 +14,7 @@ from ..settings import Settings
 # passes that are then still to go, but after no fewer than a sixteenth more than there are.
 SHARE_TO_NEXT_LOOK = 0.75
 LEAST_GROWTH = 1.0 / 16.0
+PATIENCE = 0.5  # [s] that passes together may take: who stops a render, or looks, waits for them
 
 
 @dataclass
@@ -27,6 +28,8 @@ class Stops:
     settings: Settings
     expected: int = field(init=False)  # passes until then, as far as the error tells
     _next_look: int = field(init=False)
+    _last: tuple[int, float] = (0, 0.0)  # passes and seconds when it was asked
+    _each: float = math.inf  # [s] a pass, of those rendered last
 
     def __post_init__(self) -> None:
         self.expected = self.settings.passes
@@ -34,7 +37,10 @@ class Stops:
 
     def reached(self, passes: int, seconds: float, error: Callable[[], float]) -> str:
         """Return "passes", "time" or "error" when that ends the render, "" if it goes on."""
-        settings = self.settings
+        settings, before = self.settings, self._last
+        self._last = passes, seconds
+        if passes > before[0]:
+            self._each = (seconds - before[1]) / (passes - before[0])
         if settings.noise_threshold > 0 and passes >= self._next_look:
             excess = error() / settings.noise_threshold
             if excess <= 1:
@@ -48,6 +54,17 @@ class Stops:
         if 0 < settings.time_limit < seconds:
             return "time"
         return ""
+
+    def most_together(self) -> int:
+        """How many passes may be rendered next before this is to be asked again: none beyond the
+        next look at the error or what ends the render, and not for long."""
+        settings, (passes, seconds) = self.settings, self._last
+        most = settings.passes - passes
+        if settings.noise_threshold > 0:
+            most = min(most, self._next_look - passes)
+        time = min(PATIENCE, settings.time_limit - seconds) if settings.time_limit else PATIENCE
+        in_time = math.frexp(max(1.0, time / max(self._each, 1e-6)))[1] - 1  # a power of two
+        return max(1, min(most, 1 << in_time))
 
 
 def _whole_batches(passes: int) -> int:

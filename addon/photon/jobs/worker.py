@@ -189,7 +189,7 @@ class _Worker:
         start, stops, reached = time.monotonic(), Stops(renderer.settings), ""
         self._report(renderer, "progress", start, stops, {"warnings": renderer.warnings})
         while not reached:
-            renderer.render_passes(renderer.settings.passes - renderer.film.passes)
+            renderer.render_passes(stops.most_together())
             reached = stops.reached(
                 renderer.film.passes, time.monotonic() - start, lambda: renderer.error().total
             )

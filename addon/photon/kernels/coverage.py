@@ -37,6 +37,7 @@ class Coverage(Kernel):
         "first_probe": Uniform("uint", of_parts=True),
         "expecting": Uniform("int", of_parts=True),
         "least_expected": Uniform("float", of_parts=True),
+        "rounds": Uniform("int"),  # lanes wait for each other in each: it is all elements'
         "depth": Uniform("int"),
         "frame_size": Uniform("ivec2"),
     } | radius_field.UNIFORMS
@@ -51,7 +52,8 @@ class Coverage(Kernel):
 def probes_of(passes: range) -> dict[str, Any]:
     """Coverage probes from each point, of each of some passes."""
     each = [_probes_of(index) for index in passes]
-    return {name: of_parts([one[name] for one in each]) for name in each[0]}
+    probes = {name: of_parts([one[name] for one in each]) for name in each[0]}
+    return probes | {"rounds": 2 if any(one["expecting"] for one in each) else 1}
 
 
 def _probes_of(index: int) -> dict[str, Any]:

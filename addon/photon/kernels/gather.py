@@ -54,7 +54,8 @@ class Gather(Kernel):
         "cell_size": Uniform("float", of_parts=True),
         "grid_cells": Uniform("ivec3", of_parts=True),
         "first_cell": Uniform("int", of_parts=True),
-        "photon_range": Uniform("ivec2"),  # the sorted photons to add: first, and one past the last
+        # The sorted photons to add: first, and one past the last.
+        "photon_range": Uniform("ivec2", of_parts=True),
         **GATHERS_BY_DEPTH,
     } | radius_field.UNIFORMS
     tables = {

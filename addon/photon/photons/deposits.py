@@ -42,7 +42,8 @@ class Copy:
 
 
 class Deposits(Protocol):
-    """A list of deposits: place (position, surface + 1) and deposit (flux, packed normal)."""
+    """A list of deposits: place (position, surface + 1, which tells the pass, too, as in
+    glsl/lib/of_part.glsl) and deposit (flux, packed normal)."""
 
     dropped: int  # deposits that were not finite, over all passes
     held: Any  # what they are of, as their user says; None since they last changed

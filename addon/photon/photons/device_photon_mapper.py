@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...streams import Compaction, Device, Reading, Tally
+from ...streams import Compaction, Device, Reading, StreamError, Tally
 from ..settings import Settings
 from ..stage.needs import SceneNeeds
 from ..stage.tables import Tables
@@ -118,6 +118,8 @@ class DevicePhotonMapper:
         if (landed := self.deposits.count) > self.deposits.room:
             flight = self._again(flight)
             self.deposits.make_room(landed)
+            if landed > self.deposits.room:
+                raise StreamError(f"{landed} deposits are more than the device's lists hold")
             found = self._end(flight)
         if flight.bounce == self._most_bounces:
             self.unfinished += flight.alive

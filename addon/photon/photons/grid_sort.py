@@ -13,7 +13,7 @@ import numpy as np
 import photon_stream_native as native
 from numpy.typing import NDArray
 
-from ...streams import MOST_PARTS, Device, Program, Reading, Scan
+from ...streams import MOST_PARTS, Device, Program, Reading, Scan, for_all_parts
 from ...streams.compute import clear
 from .deposits import Deposits
 
@@ -28,24 +28,36 @@ Grid = Mapping[str, Any]  # its origin, cell size, cells and the number of its f
 OF_PARTS = ("cell_size", "grid_cells", "first_cell")  # of these, what each has of its own
 
 
+class Run(NamedTuple):
+    """Sorted photons one after the other, and how many of them a launch may look at."""
+
+    first: int
+    end: int
+    launch: int
+
+    def part(self, number: int) -> tuple[int, int]:
+        """What the launch of a number looks at."""
+        first = min(self.first + number * self.launch, self.end)
+        return first, min(first + self.launch, self.end)
+
+
 class Sorted(NamedTuple):
     """Photons in order of their cells."""
 
     lists: dict[str, Any]  # the gather's
-    photons: int
-    launch: int  # photons that a launch may look at
+    runs: tuple[Run, ...]  # one of each pass, or of all
     own: tuple[Any, ...] = ()  # of the lists, what ends with the pass
 
 
-NOTHING = Sorted({}, 0, 0)
+NOTHING = Sorted({}, ())
 
 
 class Sort(Protocol):
     """What sorts a pass's photons."""
 
-    def run(self, deposits: Deposits, grids: Sequence[Grid], span: int) -> Sorted:
-        """The deposits by cells, those of each pass in a grid of its own, one after the other; a
-        disc spans `span` cells at most."""
+    def run(self, deposits: Deposits, grids: Sequence[Grid], spans: Sequence[int]) -> Sorted:
+        """The deposits by cells, those of each pass in a grid of its own, one after the other, of
+        which a disc spans so many cells at most."""
 
     def release(self) -> None:
         """Free what is on the device."""
@@ -58,15 +70,20 @@ class HostSort:
         """`upload`: makes a list that kernels read of an array."""
         self._upload = upload
 
-    def run(self, deposits: Deposits, grids: Sequence[Grid], span: int) -> Sorted:
+    def run(self, deposits: Deposits, grids: Sequence[Grid], spans: Sequence[int]) -> Sorted:
         """As Sort's."""
         place, deposit = deposits.arrays()
         if len(place) == 0:
             return NOTHING
         start, order = _sorted(place, grids)
+        runs = []
+        for grid, span in zip(grids, spans, strict=True):
+            first = grid["first_cell"]
+            cells = start[first : first + math.prod(grid["grid_cells"]) + 1]
+            runs.append(Run(int(cells[0]), int(cells[-1]), _photons_a_launch(cells, span)))
         data = {"photon_place": place[order], "photon_deposit": deposit[order], "cell_start": start}
         lists = {name: self._upload(values) for name, values in data.items()}
-        return Sorted(lists, len(place), _photons_a_launch(start, span), tuple(lists.values()))
+        return Sorted(lists, tuple(runs), tuple(lists.values()))
 
     def release(self) -> None:
         """Nothing is held."""
@@ -106,7 +123,7 @@ def _part_of(surfaces: NDArray[np.float32]) -> NDArray[np.int32]:
 
 def _photons_a_launch(start: NDArray[np.uint32], span: int) -> int:
     """All, unless a point might meet too many: in `span` by `span` rows of `span` cells at most."""
-    count = int(start[-1])
+    count = int(start[-1] - start[0])
     most = span**2 * int((start[span:] - start[:-span]).max()) if len(start) > span else count
     return MAX_ADDED if min(most, count) > 2 * MAX_ADDED else count
 
@@ -117,7 +134,8 @@ class DeviceSort:
     def __init__(self, device: Device) -> None:
         self._device = device
         self._count, self._scatter, self._rank = (
-            Program(device, f"grid_{step}") for step in ("count", "scatter", "rank")
+            Program(device, f"grid_{step}", f"#define MOST_PARTS {MOST_PARTS}")
+            for step in ("count", "scatter", "rank")
         )
         self._scan = Scan(device)
         self._host = HostSort(device.ctx.buffer)
@@ -125,14 +143,15 @@ class DeviceSort:
         self._reading: Reading | None = None  # of it, in the last pass
         self._buffers: dict[str, moderngl.Buffer] = {}
 
-    def run(self, deposits: Deposits, grids: Sequence[Grid], span: int) -> Sorted:
+    def run(self, deposits: Deposits, grids: Sequence[Grid], spans: Sequence[int]) -> Sorted:
         """As Sort's."""
         count, place, deposit = deposits.tables()
         if count == 0:
             return NOTHING
         cells = grids[-1]["first_cell"] + math.prod(grids[-1]["grid_cells"])
-        padded = [*grids, *[grids[-1]] * (MOST_PARTS - len(grids))]
-        values = {name: [grid[name] for grid in padded] for name in OF_PARTS}
+        values: dict[str, Any] = {
+            name: for_all_parts([grid[name] for grid in grids]) for name in OF_PARTS
+        }
         values["grid_origin"] = grids[0]["grid_origin"]
         counts = self._buffer("counts", cells + 1)
         starts = self._buffer("starts", cells + 1)
@@ -145,7 +164,7 @@ class DeviceSort:
         # and ranks none until then.
         last, self._reading = self._reading, self._device.ask(self._fullest, 1)
         if last and _is_crowded(last):
-            return self._host.run(deposits, grids, span)
+            return self._host.run(deposits, grids, spans)
         self._device.copy_buffer(starts, counts, 4 * (cells + 1))
         self._scan.run(starts, cells + 1)
         self._scatter.run(count, [counts, starts, listed], {"place": place}, uniforms=values)
@@ -158,9 +177,9 @@ class DeviceSort:
             uniforms={**values, "most_ranked": MOST_UINT if last else MAX_RANKED},
         )
         if not last and _is_crowded(self._reading):
-            return self._host.run(deposits, grids, span)
+            return self._host.run(deposits, grids, spans)
         lists = {"photon_place": places, "photon_deposit": fluxes, "cell_start": starts}
-        return Sorted(lists, count, count)  # a GPU ends no loop early
+        return Sorted(lists, (Run(0, count, count),))  # a GPU ends no loop early
 
     def _buffer(self, name: str, count: int) -> moderngl.Buffer:
         """A buffer of `count` numbers at least, kept from pass to pass."""

@@ -126,9 +126,11 @@ class PhotonGrid:
             first += math.prod(grids[-1]["grid_cells"])
         own = {name: of_parts([grid[name] for grid in grids]) for name in OF_PARTS}
         self._uniforms = radii.uniforms | own | {"grid_origin": grids[0]["grid_origin"]}
-        spans = zip(radii.largest, grids, strict=True)
-        span = max(math.ceil(2 * largest / grid["cell_size"]) + 2 for largest, grid in spans)
-        self._sorted = self._sort.run(deposits, grids, span)
+        spans = [
+            math.ceil(2 * largest / grid["cell_size"]) + 2
+            for largest, grid in zip(radii.largest, grids, strict=True)
+        ]
+        self._sorted = self._sort.run(deposits, grids, spans)
 
     def estimate(
         self, points: Mapping[str, Stream], irradiance: Stream, in_chain: bool = False
@@ -136,23 +138,25 @@ class PhotonGrid:
         """As Gathering's."""
         assert self._radii
         kernel = self._kernel(in_chain)
-        lists, count, launch, _ = self._sorted
+        lists, runs, _ = self._sorted
         found = {name: points[name] for name in kernel.outputs if name != "irradiance"}
         found["irradiance"] = irradiance
-        if count == 0:
+        if not runs:
             for stream in found.values():
                 stream.clear()
             return
         ports = {name: points[name] for name in kernel.inputs if name not in _BEGINS.values()}
         sums = {name: points["zeros"] for name in found if name in _BEGINS}
-        for first in range(0, count, launch):
-            end = first + launch
-            pairs = {name: self._pair(found[name], name) for name in sums if end < count}
+        launches = max(-(-(run.end - run.first) // max(run.launch, 1)) for run in runs)
+        for number in range(launches):
+            of_each = of_parts([run.part(number) for run in runs])
+            is_last = number == launches - 1
+            pairs = {name: self._pair(found[name], name) for name in sums if not is_last}
             begin = {_BEGINS[name]: stream for name, stream in sums.items()}
             kernel.run(
                 ports | begin | found | {name: pair.back for name, pair in pairs.items()},
                 lists | self._radii.tables(kernel),
-                self._uniforms | depth_for(kernel, in_chain) | {"photon_range": (first, end)},
+                self._uniforms | depth_for(kernel, in_chain) | {"photon_range": of_each},
             )
             for name, pair in pairs.items():
                 pair.swap()

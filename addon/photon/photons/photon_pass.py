@@ -15,6 +15,8 @@ from .photon_grid import Gathering
 from .radius_field import Radii, RadiusField, radius_scale
 from .splats import Projection, Splats
 
+SPARE_DEPOSITS = 1.5  # room for so many times those foreseen
+
 
 class PhotonPass:
     """The photons of a pass, or of passes together, on their way until the first point looks for
@@ -61,23 +63,30 @@ class Photons:
         phases: Phases,
         aiming: Aiming,
         find_field: Callable[[], RadiusField | None],
+        most_deposits: float,
     ) -> None:
         """`splat` draws what the eye sees directly, if there is one; `grid` gathers the rest, and
         `caustics` those photons again that are told apart, if any are.
         `traces_ahead`: the device traces while the host waits for something else;
-        `aiming`: where photons start; `find_field`: radii for photons that start elsewhere."""
+        `aiming`: where photons start; `find_field`: radii for photons that start elsewhere;
+        `most_deposits`: of passes together that lists have room for."""
         self.mapper, self.field, self.splat, self.grid = mapper, field, splat, grid
         self._caustics = caustics
         self._kept, self._settings = kept, settings
         self._traces_ahead, self._phases = traces_ahead, phases
         self._aiming, self._find_field = aiming, find_field
         self.dropped = 0  # deposits that were not finite, of the passes so far
+        self._most_deposits = most_deposits
+        self._landed = field.deposits  # of a pass, whichever had the most
 
-    def together(self, passes: range) -> range:
-        """How many of passes, from the first on, can be traced together: those whose photons start
-        by the same that is known."""
-        most = 1 if self.splat or not self._aiming.knows(passes.start) else len(passes)
-        return passes[: self._aiming.alike(passes.start, most)]
+    def started_alike(self, passes: range) -> range:
+        """Those of passes, from the first on, that can be traced together: their photons start by
+        the same that is known, and what they leave has room."""
+        if not self._aiming.knows(passes.start):
+            return passes[:1]
+        alike = self._aiming.alike(passes.start, len(passes))
+        room = self._most_deposits / (SPARE_DEPOSITS * max(self._landed, 1.0))
+        return passes[: max(1, int(min(alike, room)))]
 
     def start(self, passes: range) -> PhotonPass:
         """Launch the photons of passes together, unless that was done."""
@@ -110,6 +119,7 @@ class Photons:
         with self._phases.timed("photons"):
             deposits = self._kept.finish(self.mapper)
             self.dropped = deposits.dropped
+            self._landed = max(self._landed, deposits.count / len(radii.scales))
         with self._phases.timed("photon map"):
             for estimator in (self.splat, self.grid):
                 if estimator:

@@ -77,12 +77,12 @@ class RadiusField:
     the axes that they face: the light on one side of a wall says nothing about the other.
     """
 
-    def __init__(self, found: Found, deposits: float = 0.0, is_even: bool = False) -> None:
+    def __init__(self, found: Found, deposits: float, is_even: bool = False) -> None:
         """`deposits`: of a pass, about; whichever pass asks."""
         self._found, self.deposits, self.is_even = found, deposits, is_even
 
     @classmethod
-    def even(cls, device: Device, radius: float, deposits: float = 0.0) -> RadiusField:
+    def even(cls, device: Device, radius: float, deposits: float) -> RadiusField:
         """One radius everywhere."""
         none = np.zeros((0, 4), np.float32)
         limits = Limits(1.0, 1.0, radius, radius, None)
