@@ -36,9 +36,14 @@ class Late(Kept):
         self._first: Callable[[], None] | None = None
 
     def start(
-        self, mapper: Mapper, settings: Settings, index: int, photons: int | None = None
+        self,
+        mapper: Mapper,
+        settings: Settings,
+        index: int,
+        photons: int | None = None,
+        passes: int = 1,
     ) -> None:
-        launch = partial(super().start, mapper, settings, index, photons)
+        launch = partial(super().start, mapper, settings, index, photons, passes)
         if self.begun:
             launch()
         else:
@@ -101,8 +106,7 @@ class Engine:
             for effort in doubling():
                 start = now()
                 while done < effort:
-                    renderer.render_pass()
-                    done += 1
+                    done += renderer.render_passes(effort - done)
                 self.device.ctx.finish()
                 seconds += now() - start
                 self.where = {
