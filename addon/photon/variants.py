@@ -42,6 +42,7 @@ from .kernels.walk import Walk
 from .photons.bounces import Bounces, declarations
 from .photons.device_photon_mapper import MEDIA_DEFINE
 from .photons.device_radii import DECLARATIONS
+from .photons.grid_sort import PROGRAMS as GRID_PROGRAMS
 from .scene import ALL_RAYS, TRANSPARENT
 from .settings import FILTER_DEFINES, PIXEL_FILTER_DEFINES, Settings, SplatShape, filter_define
 from .stage.displacement import defines_of
@@ -77,9 +78,7 @@ COMPUTE = (
     "compact_move",
     "paths_count",
     "paths_move",
-    "grid_count",
-    "grid_scatter",
-    "grid_rank",
+    *GRID_PROGRAMS,
     "fill_zero",
     "fill_texture",
     "radius_box",
@@ -380,7 +379,7 @@ def _of_media(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
 def compute_programs() -> Iterator[tuple[str, str, Made]]:
     """Each program that is no kernel, what it is compiled with, and its includes."""
     for stem in COMPUTE:
-        yield stem, DECLARATIONS.get(stem, ""), {}
+        yield stem, {**DECLARATIONS, **GRID_PROGRAMS}.get(stem, ""), {}
     yield "paths_move", MEDIA_DEFINE, {}
     yield "sum_texels", RESOLVER_DECLARATIONS, {}
     for scene in (*needs(), *program_needs()):

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from addon.photon import memory
 from addon.photon.eye.eye import Eye
 from addon.photon.scene import Light, Lobe, Material, Scene, phong, sun_light, world_light
 from addon.photon.settings import Region
@@ -189,6 +190,7 @@ def test_what_carries_little_goes_on_together(
         return sent_last(eye, region, reading)
 
     monkeypatch.setattr(Eye, "_sent_last", watched)
+    monkeypatch.setattr(memory, "MOST_PARTS", 1)  # it is asked once of passes together
     settings: dict[str, Any] = {"width": 16, "height": 16, "photons": 0, "passes": 16}
     for diffuse in (0.3, 0.0):
         sent.clear()

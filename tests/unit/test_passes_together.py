@@ -133,6 +133,7 @@ def test_a_bounce_a_launch(device: Device, monkeypatch: pytest.MonkeyPatch) -> N
     assert_same(found, expected)
 
 
+@pytest.mark.thorough
 def test_takes(device: Device) -> None:
     """Each take's photons fly ahead for as many passes as come next."""
     settings = replace(PLAIN, passes=11)

@@ -83,14 +83,14 @@ def test_passes_together(together: int) -> None:
 
 
 def test_passes_together_are_not_waited_for() -> None:
-    """A second each: by the time limit none is rendered in vain. Of a hundredth each, half a
-    second's worth."""
+    """A second each: by the time limit none is rendered in vain. Of a hundredth each, a
+    quarter of a second's worth."""
     assert run(passes=100, second=1.0, together=8, time_limit=3.5) == (4, "time", [])
     stops = Stops(Settings(passes=1000, time_limit=1.1))
     assert stops.most_together() == 1  # nobody knows yet what one takes
     for passes in (1, 2):
         stops.reached(passes, 0.01 * passes, lambda: 1.0)
-    assert stops.most_together() == 32
+    assert stops.most_together() == 16
     stops.reached(100, 1.0, lambda: 1.0)
     assert stops.most_together() == 8
     assert stops.reached(108, 1.2, lambda: 1.0) == "time"

@@ -14,7 +14,9 @@ from ..settings import Settings
 # passes that are then still to go, but after no fewer than a sixteenth more than there are.
 SHARE_TO_NEXT_LOOK = 0.75
 LEAST_GROWTH = 1.0 / 16.0
-PATIENCE = 0.5  # [s] that passes together may take: who stops a render, or looks, waits for them
+# [s] that passes together may take: who stops a render, or looks, waits for them, and a driver ends
+# a program that holds a GPU for longer than two.
+PATIENCE = 0.25
 
 
 @dataclass

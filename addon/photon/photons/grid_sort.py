@@ -25,6 +25,9 @@ MOST_UINT = (1 << 32) - 1
 MAX_ADDED = 1 << 14
 
 Grid = Mapping[str, Any]  # its origin, cell size, cells and the number of its first one
+PROGRAMS = dict.fromkeys(
+    ("grid_count", "grid_scatter", "grid_rank"), f"#define MOST_PARTS {MOST_PARTS}"
+)
 OF_PARTS = ("cell_size", "grid_cells", "first_cell")  # of these, what each has of its own
 
 
@@ -134,8 +137,7 @@ class DeviceSort:
     def __init__(self, device: Device) -> None:
         self._device = device
         self._count, self._scatter, self._rank = (
-            Program(device, f"grid_{step}", f"#define MOST_PARTS {MOST_PARTS}")
-            for step in ("count", "scatter", "rank")
+            Program(device, stem, declared) for stem, declared in PROGRAMS.items()
         )
         self._scan = Scan(device)
         self._host = HostSort(device.ctx.buffer)
