@@ -162,9 +162,7 @@ class Budget:
         most = (
             self._most_points // self._pixels,
             self._device.texture_limit // self._strip[1],
-            int(
-                min(sizes.most_photons // photons, sizes.most_deposits(True) // landed, MOST_PARTS)
-            ),
+            int(min(sizes.most_photons // photons, sizes.most_deposits(True) // landed)),
             1 + room // (two - alone),
             settings.passes // 2,
         )

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from typing import Any, NamedTuple, Protocol
 
 import moderngl
@@ -96,30 +95,29 @@ def _sorted(
     place: NDArray[np.float32], grids: Sequence[Grid]
 ) -> tuple[NDArray[np.uint32], NDArray[Any]]:
     """Where each cell's photons start, and all photons in order."""
-    sort = [
-        partial(
-            native.sort_photons,
-            origin=np.array(grid["grid_origin"], np.float32),
-            cell_size=grid["cell_size"],
-            cells=grid["grid_cells"],
-        )
-        for grid in grids
-    ]
     if len(grids) == 1:
-        return sort[0](place)
-    part = _part_of(place[:, 3])
+        return _sorted_into(grids[0], place)
+    part = _part_in(place[:, 3])
     starts, orders, before = [np.zeros(1, np.uint32)], [], 0
-    for number, of_one in enumerate(sort):
+    for number, grid in enumerate(grids):
         own = np.flatnonzero(part == number)
-        start, order = of_one(place[own])
+        start, order = _sorted_into(grid, place[own])
         starts.append(start[1:] + np.uint32(before))
         orders.append(own[order])
         before += len(own)
     return np.concatenate(starts), np.concatenate(orders)
 
 
-def _part_of(surfaces: NDArray[np.float32]) -> NDArray[np.int32]:
-    """As part_of of glsl/lib/of_part.glsl, of places' surfaces that are not zero."""
+def _sorted_into(
+    grid: Grid, place: NDArray[np.float32]
+) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
+    """The same of one grid's photons alone."""
+    origin = np.array(grid["grid_origin"], np.float32)
+    return native.sort_photons(place, origin, grid["cell_size"], grid["grid_cells"])
+
+
+def _part_in(surfaces: NDArray[np.float32]) -> NDArray[np.int32]:
+    """As part_in of glsl/lib/of_part.glsl, of places' surfaces that are not zero."""
     turn = ((surfaces.view(np.uint32) >> 23 & 255).astype(np.int32) - 127) // DIGITS_OF_PART
     return np.where(turn > 0, 2 * turn - 1, -2 * turn)
 

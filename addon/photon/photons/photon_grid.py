@@ -117,19 +117,17 @@ class PhotonGrid:
         """As Gathering's."""
         self._forget()
         self._radii = radii
-        grids, first = [], 0
-        for width in radii.typical:
+        grids, spans, first = [], [], 0
+        for width, largest in zip(radii.typical, radii.largest, strict=True):
             # By what the radii were told by: passes rendered together have the cells of each alone.
             crowd = radii.field.deposits * width**2 / self._area if self._area else 0.0
             share = max(NARROWEST, (PHOTONS_A_CELL / max(crowd, 1.0)) ** 0.5)
-            grids.append({**self._cells.of(width * min(1.0, share)), "first_cell": first})
-            first += math.prod(grids[-1]["grid_cells"])
+            grid = {**self._cells.of(width * min(1.0, share)), "first_cell": first}
+            first += math.prod(grid["grid_cells"])
+            grids.append(grid)
+            spans.append(math.ceil(2 * largest / grid["cell_size"]) + 2)
         own = {name: of_parts([grid[name] for grid in grids]) for name in OF_PARTS}
         self._uniforms = radii.uniforms | own | {"grid_origin": grids[0]["grid_origin"]}
-        spans = [
-            math.ceil(2 * largest / grid["cell_size"]) + 2
-            for largest, grid in zip(radii.largest, grids, strict=True)
-        ]
         self._sorted = self._sort.run(deposits, grids, spans)
 
     def estimate(

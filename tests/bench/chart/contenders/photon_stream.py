@@ -35,15 +35,8 @@ class Late(Kept):
         self.begun: Seconds | None = None
         self._first: Callable[[], None] | None = None
 
-    def start(
-        self,
-        mapper: Mapper,
-        settings: Settings,
-        index: int,
-        photons: int | None = None,
-        passes: int = 1,
-    ) -> None:
-        launch = partial(super().start, mapper, settings, index, photons, passes)
+    def start(self, *arguments: Any, **named: Any) -> None:
+        launch = partial(super().start, *arguments, **named)
         if self.begun:
             launch()
         else:
