@@ -3,13 +3,16 @@
 
 from __future__ import annotations
 
+import bl_ui.properties_view_layer as view_layer_panels
 import bpy
-from bl_ui.properties_view_layer import ViewLayerLightgroupsPanelHelper
 
 from ..photon.scene import RAYS
 from .panel import EnginePanel
 
-LIGHT_RAYS = ("camera", "diffuse", "glossy")  # that may find lamps
+LIGHT_RAYS = ("camera", "diffuse", "glossy", "transmission")  # that may find lamps
+# Blender's own list of light groups, by either of its names.
+_NAMES = ("ViewLayerLightgroupsPanelHelper", "ViewLayerLightgroupsPanel")
+_Groups = next(x for x in (getattr(view_layer_panels, y, None) for y in _NAMES) if x)
 
 
 class OBJECT_PT_photon_stream_rays(EnginePanel, bpy.types.Panel):
@@ -38,9 +41,7 @@ class WORLD_PT_photon_stream_group(EnginePanel, bpy.types.Panel):
         _draw_group(self.split_layout(), context.world, context.view_layer)
 
 
-class VIEWLAYER_PT_photon_stream_groups(
-    EnginePanel, ViewLayerLightgroupsPanelHelper, bpy.types.Panel
-):
+class VIEWLAYER_PT_photon_stream_groups(EnginePanel, _Groups, bpy.types.Panel):
     bl_label = "Light Groups"
     bl_context = "view_layer"
     bl_parent_id = "VIEWLAYER_PT_photon_stream_passes"

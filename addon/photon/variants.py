@@ -318,7 +318,7 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
                 yield Generator, {**emitting, **aimed, **PORTALS_BY_SHARE_DEFINES}, scene.made
         smooth = replace(found, smooth=True)
         for bent in (smooth,) if alone else (found, smooth):
-            apart = [replace(bent, diffuse_apart=True)] if scene.lobes and not alone else []
+            apart = [replace(bent, rays_apart=True)] if scene.lobes and not alone else []
             for one in (bent, *apart):
                 yield Emitted, one.emitted_defines, scene.made
                 yield Emitted, {**one.emitted_defines, "BY_KIND": 1}, scene.made

@@ -7,7 +7,7 @@
 #ifdef MEDIA
 #include "lib/media.glsl"
 #endif
-#if defined(DIFFUSE_APART) || defined(WALKS)
+#if defined(RAYS_APART) || defined(WALKS)
 #include "lib/reach.glsl"
 #endif
 #ifdef WEIGHED
@@ -50,15 +50,22 @@ int light_of_triangle(float number) {
 #endif
 #endif
 
+// Whether a ray that a lobe has sent finds a light.
+bool is_found_by_lobe(Light light) {
+#ifdef RAYS_APART
+    int sent = sent_by_reach(load_direction().t_max);
+    if ((sent & RAY_DIFFUSE) != 0 && !is_found(light, BY_DIFFUSE)) return false;
+    if ((sent & RAY_TRANSMISSION) != 0) return is_found(light, BY_PASSING);
+#endif
+    return is_found(light, BY_CHAINS);
+}
+
 // What a ray meets of a light, and of the world; the kind may be known where this is compiled.
 void meet(int number, float kind, RayOrigin origin, vec3 direction, float far, bool is_of_eye, inout vec3 emitted,
           inout vec3 world) {
     Light light = light_at(number);
     light.kind = kind;
-    if (!is_found(light, is_of_eye ? BY_CAMERA : BY_CHAINS)) return;
-#ifdef DIFFUSE_APART
-    if (!is_of_eye && !is_found(light, BY_DIFFUSE) && is_by_diffuse(load_direction().t_max)) return;
-#endif
+    if (!(is_of_eye ? is_found(light, BY_CAMERA) : is_found_by_lobe(light))) return;
     vec4 seen = seen_light(light, origin.position, direction, far);
     vec3 radiance = seen.xyz * share_by_nodes(light, direction, seen.w);
     radiance *= colour_by_nodes(light, origin.position + seen.w * direction, -direction);

@@ -113,6 +113,9 @@ void scatter_by_lobe(inout Leaving leaving, LobeSample by, PhotonPoint point, fl
 #endif
 #ifdef ARRIVALS
     int finder = leaving.by_specular ? BY_GLOSSY : BY_DIFFUSE;
+#ifdef TRANSMITS
+    if (leaving.by_specular && dot(by.direction, geometric) < 0.0) finder = BY_TRANSMISSION;
+#endif
 #ifdef SCATTERING
     if (is_phase(by.lobe)) finder = BY_SHADOW_RAYS;
 #endif

@@ -145,7 +145,9 @@ bool is_found_for(Light light, Lobe lobe) {
 #ifdef SCATTERING
     if (is_phase(lobe)) return is_found(light, BY_SHADOW_RAYS);
 #endif
-    if (!is_diffuse_kind(lobe.kind)) return is_found(light, BY_GLOSSY);
+    bool transmits = transmits_kind(lobe.kind);
+    if (!is_diffuse_kind(lobe.kind)) return is_found(light, transmits ? BY_GLOSSY + BY_TRANSMISSION : BY_GLOSSY);
+    if (transmits && !is_found(light, BY_TRANSMISSION)) return false;
     return is_found(light, BY_DIFFUSE) && (is_found(light, BY_GLOSSY) || !is_found(light, BY_CHAINS));
 }
 
@@ -174,6 +176,9 @@ vec3 eval_lobes(VisiblePoint point, Light light, float own, vec3 to_light, float
     if (is_weighed && lobes > 1) share = share_of_first(point.lobe0, rays0, point.lobe1, rays1, cosine);
 #endif
 #endif
+#ifdef WEIGHED
+    bool reflects = rays_that_reflect_find(light) || is_glow(light);
+#endif
     // A loop, for compilers write out each call.
     for (int i = 0; i < lobes; i++) {
         Lobe lobe = point.lobe0;
@@ -194,7 +199,8 @@ vec3 eval_lobes(VisiblePoint point, Light light, float own, vec3 to_light, float
         reflected *= cosine_of(point, lobe, shape, to_light);
         float counts = 1.0;
 #ifdef WEIGHED
-        if (is_weighed) {
+        bool has_rays = is_weighed && (reflects || transmits_kind(lobe.kind));
+        if (has_rays) {
             float density = pdf_lobe(lobe, shape, normal, point.to_viewer, to_light);
             counts = part_of_shadow_rays(own, share * density, lobe, shape);
         }
@@ -206,7 +212,7 @@ vec3 eval_lobes(VisiblePoint point, Light light, float own, vec3 to_light, float
         sum += counts * reflected;
 #ifdef PANES
 #ifdef WEIGHED
-        if (is_weighed) {
+        if (has_rays) {
 #ifdef GATHERED_LOBES
             counts = min(counts, gathered_share(lobe, shape) * part);
 #else

@@ -164,6 +164,18 @@ def test_thin_films_are_named(convert, kind) -> None:
     assert "Thin Film" in features(convert(material)[1], "ignored")
 
 
+@needs_metallic
+@pytest.mark.parametrize("kind", [PRINCIPLED, GLOSSY, METALLIC, GLASS, REFRACTION])
+def test_negative_roughness(convert, kind) -> None:
+    """As nodes that subtract give it: none, but for Refraction, whose Cycles squares it; as in
+    renders of Cycles 5.0."""
+    metal = {"Metallic": 1.0} if kind == PRINCIPLED else {}
+    material, _ = convert(shader_material(kind, Roughness=-0.5, **metal))
+    (lobe,) = (lobe for lobe in material.lobes if lobe.reflects)
+    alpha = lobe.parameters.get("alpha", lobe.parameters.get("alpha_x", 0.0))
+    assert alpha == (0.25 if kind == REFRACTION else 0.0)
+
+
 @pytest.mark.parametrize("roughness", [0.0037, 0.0038, 0.05, 0.5, 1.0])
 def test_glossy(convert, roughness) -> None:
     """As in Cycles a mirror up to a roughness between the first two."""

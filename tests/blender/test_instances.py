@@ -126,9 +126,11 @@ def test_particles(export, cycles_mean, device, output) -> None:
     compared(export, cycles_mean, device)
 
 
-@pytest.mark.parametrize("output", ["UV", "Generated"])
-def test_coordinates_of_the_instancer(export, cycles_mean, device, output) -> None:
-    material = emissive("ShaderNodeTexCoord", output, from_instancer=True)
+@pytest.mark.parametrize(
+    ("kind", "output"), [("TexCoord", "UV"), ("TexCoord", "Generated"), ("UVMap", "UV")]
+)
+def test_coordinates_of_the_instancer(export, cycles_mean, device, kind, output) -> None:
+    material = emissive(f"ShaderNode{kind}", output, from_instancer=True)
     part = add_mesh("Part", CUBE, scale=(0.2, 0.2, 0.2))
     part.data.materials.append(material)
     whole = add_mesh("Whole", ([(x / 2, y / 2, 0) for y in (-2, 0, 2) for x in (-2, 0, 2)], FACES))
@@ -136,4 +138,15 @@ def test_coordinates_of_the_instancer(export, cycles_mean, device, output) -> No
     layer.uv.foreach_set("vector", np.random.default_rng(4).random(32))
     part.parent = whole
     whole.instance_type, whole.show_instancer_for_render = "FACES", False
+    compared(export, cycles_mean, device)
+
+
+@pytest.mark.parametrize(("domain", "kind"), [("POINT", "FLOAT2"), ("CORNER", "FLOAT_VECTOR")])
+def test_a_uv_map_that_is_another_attribute(export, cycles_mean, device, domain, kind) -> None:
+    """As geometry nodes may store it: by its name Cycles finds it all the same."""
+    whole = add_mesh("Whole", ([(x / 2, y / 2, 0) for y in (-2, 0, 2) for x in (-2, 0, 2)], FACES))
+    given = whole.data.attributes.new("Stored", kind, domain)
+    numbers = np.random.default_rng(4).random(len(given.data) * (2 if kind == "FLOAT2" else 3))
+    given.data.foreach_set("vector", numbers.astype(np.float32))
+    whole.data.materials.append(emissive("ShaderNodeUVMap", "UV", uv_map="Stored"))
     compared(export, cycles_mean, device)

@@ -63,17 +63,19 @@ def test_point_with_radius(export, soft) -> None:
     assert ("Light 'Point'", "Point light") in reported(report, "exact")
 
 
-EVERYONE = ("camera", "diffuse", "glossy", "chains")
+LIT = ("diffuse", "glossy", "transmission")
+EVERYONE = ("camera", *LIT, "chains", "passing")
 
 
 @pytest.mark.parametrize(
     ("hidden", "by_rays", "found_by"),
     [
         ((), True, EVERYONE),
-        ((), False, ("diffuse", "glossy")),
-        (("camera",), True, ("diffuse", "glossy", "chains")),
-        (("diffuse",), True, ("camera", "glossy", "chains")),
-        (("glossy",), True, ("camera", "diffuse")),
+        ((), False, LIT),
+        (("camera",), True, EVERYONE[1:]),
+        (("diffuse",), True, ("camera", *EVERYONE[2:])),
+        (("glossy",), True, ("camera", "diffuse", "transmission", "passing")),
+        (("transmission",), True, ("camera", "diffuse", "glossy", "chains")),
     ],
 )
 def test_who_finds_it(export, hidden, by_rays, found_by) -> None:
@@ -86,6 +88,35 @@ def test_who_finds_it(export, hidden, by_rays, found_by) -> None:
         obj.data.cycles.use_multiple_importance_sampling = by_rays
     lights = export()[0].lights
     assert [light.found_by for light in lights] == [found_by] * 4
+
+
+@pytest.mark.parametrize("kind", ["POINT", "SPOT", "AREA", "SUN"])
+def test_the_eye_sees_lamps_if_rays_meet_any(export, kind) -> None:
+    """Without Multiple Importance, too, but suns: as in renders of Cycles 4.2 and 5.0."""
+    met, unmet = (add_light(name, x) for name, x in (("A", "AREA"), ("B", kind)))
+    unmet.visible_camera = True
+    unmet.data.cycles.use_multiple_importance_sampling = False
+    found = {light.name: light.found_by for light in export()[0].lights}
+    assert ("camera" in found["B"]) == (kind != "SUN")
+    met.data.cycles.use_multiple_importance_sampling = False
+    assert all("camera" not in light.found_by for light in export()[0].lights)
+
+
+@pytest.mark.parametrize("hidden", ["by its instancer", "by its collection"])
+def test_a_lamp_is_hidden_as_objects_are(export, scene, hidden) -> None:
+    """From Blender 4.4 on: as in renders of Cycles 4.2, 4.5 and 5.0."""
+    inside = bpy.data.collections.new("Inside")
+    lamp = bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", "AREA"))
+    lamp.visible_camera = True
+    inside.objects.link(lamp)
+    if hidden == "by its instancer":
+        empty = add_object("Empty", None, instance_type="COLLECTION", instance_collection=inside)
+        empty.visible_camera = False
+    else:
+        scene.collection.children.link(inside)
+        bpy.context.view_layer.layer_collection.children["Inside"].indirect_only = True
+    (light,) = export()[0].lights
+    assert ("camera" in light.found_by) == (bpy.app.version < (4, 4))
 
 
 @pytest.mark.parametrize(

@@ -52,6 +52,13 @@ def test_nothing_moves(blurred, export) -> None:
     assert not [e for e in report.entries if e.feature == "Motion Blur"]
 
 
+def test_a_view_layer_without_motion_blur(blurred, export) -> None:
+    go(add_mesh("Moved"), location=((0, 0, 0), (2, 0, 0)))
+    assert export()[0].moving
+    bpy.context.view_layer.use_motion_blur = False
+    assert export()[0].moving == () == export()[0].shutter
+
+
 def test_what_moves(blurred, export) -> None:
     """By its place or its shape; not what Cycles holds still, too: lamps, and what is told to."""
     moved, held, stiff, bent = (add_mesh(name) for name in ("Moved", "Held", "Stiff", "Bent"))

@@ -77,6 +77,24 @@ def test_collections(export, flag, bits) -> None:
     assert bits_of(export) == {"Beside": ALL_RAYS, "Thing": bits}
 
 
+def test_an_instancer_catches_shadows_and_has_a_light_group(export) -> None:
+    """For what it instances, if that has none of its own."""
+    bpy.context.view_layer.lightgroups.add(name="Key")
+    bpy.context.view_layer.lightgroups.add(name="Own")
+    parts = bpy.data.collections.new("Parts")
+    things = [bpy.data.objects.new(name, new_mesh(name)) for name in ("Thing", "Other")]
+    things[1].lightgroup = "Own"
+    lamp = bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", "POINT"))
+    for obj in (*things, lamp):
+        parts.objects.link(obj)
+    group = add_object("Group", None, instance_type="COLLECTION", instance_collection=parts)
+    group.is_shadow_catcher, group.lightgroup = True, "Key"
+    scene, _ = export()
+    groups = dict(zip(scene.surfaces, scene.surface_groups, strict=True))
+    assert groups == {"Thing": "Key", "Other": "Own"} and scene.lights[0].group == "Key"
+    assert scene.visible.tolist() == [ALL_RAYS + CATCHER] * 2
+
+
 def test_holdout_of_an_object(export) -> None:
     """It is more than Indirect Only, as in Cycles."""
     add_mesh("Thing", is_holdout=True)

@@ -13,7 +13,16 @@ from addon.blender.export import world_nodes
 from addon.photon.scene import FOUND_BY
 from tests.measure import render
 
-from .build import CUBE, add_mesh, add_node, add_object, finish, new_world, shader_material
+from .build import (
+    CUBE,
+    add_mesh,
+    add_node,
+    add_object,
+    finish,
+    new_material,
+    new_world,
+    shader_material,
+)
 
 pytestmark = pytest.mark.blender
 
@@ -52,7 +61,9 @@ def switched(tree: bpy.types.NodeTree, output: str) -> None:
     ("output", "second", "status"),
     [
         ("Is Camera Ray", {"camera"}, "exact"),
-        ("Is Glossy Ray", {"glossy", "chains"}, "exact"),
+        ("Is Glossy Ray", {*FOUND_BY} - {"camera", "diffuse"}, "exact"),
+        ("Is Transmission Ray", {"transmission", "passing"}, "approximated"),
+        ("Is Reflection Ray", {"diffuse", "glossy", "chains"}, "approximated"),
         ("Is Diffuse Ray", {"diffuse"}, "approximated"),
         ("Ray Length", set(), "approximated"),
     ],
@@ -92,7 +103,48 @@ def test_ray_visibility(scene, export) -> None:
     assert export()[0].lights[0].found_by == FOUND_BY[1:]
     scene.world.cycles_visibility.camera = True
     scene.world.cycles_visibility.glossy = False
+    assert export()[0].lights[0].found_by == ("camera", "diffuse", "transmission", "passing")
+    scene.world.cycles_visibility.transmission = False
     assert export()[0].lights[0].found_by == ("camera", "diffuse")
+
+
+@pytest.mark.parametrize("hidden", [(), ("glossy",), ("transmission",), ("glossy", "transmission")])
+@pytest.mark.parametrize(
+    ("kind", "roughness"),
+    [("Glass", 0.0), ("Glass", 0.5), ("Refraction", 0.5), ("Glossy", 0.3), ("Translucent", None)],
+)
+def test_a_world_that_some_rays_do_not_find(
+    scene, export, cycles_mean, device, kind, roughness, hidden
+) -> None:
+    """Through glass, in it, and by rays and shadow rays: as Cycles shows it."""
+    tree = new_world(scene)
+    finish(tree, add_node(tree, "ShaderNodeBackground", Color=(0.9, 0.9, 0.9, 1.0)))
+    for name in hidden:
+        setattr(scene.world.cycles_visibility, name, False)
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=32, ring_count=16)
+    material, tree = new_material()
+    given = {} if roughness is None else {"Roughness": roughness}
+    given |= {"IOR": 1.1} if kind in ("Glass", "Refraction") else {}
+    node = "Anisotropic" if kind == "Glossy" else kind
+    finish(tree, add_node(tree, f"ShaderNodeBsdf{node}", **given))
+    bpy.context.object.data.materials.append(material)
+    scene.camera.location.z, scene.camera.data.lens = 5.0, 80.0
+    scene.render.resolution_x = scene.render.resolution_y = 24
+    shown = cycles_mean(64, 0)[8:16, 8:16, :3].mean()
+    settings = {"width": 24, "height": 24, "passes": 16, "photons": 0}
+    ours = render(device, export()[0], **settings)["Combined"][8:16, 8:16, :3].mean()
+    assert ours == pytest.approx(shown, abs=0.03)
+
+
+def test_no_sun_behind_a_transparent_film(scene, export) -> None:
+    """The disc of a sky is a lamp here, and no film of Cycles shows a sky that it lets through."""
+    tree = new_world(scene)
+    sky = add_node(tree, "ShaderNodeTexSky")
+    finish(tree, add_node(tree, "ShaderNodeBackground", Color=sky.outputs[0]))
+    for is_transparent in (False, True):
+        scene.render.film_transparent = is_transparent
+        (sun,) = (light for light in export()[0].lights if light.kind == "sun")
+        assert ("camera" in sun.found_by) != is_transparent and "chains" in sun.found_by
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,7 @@ import pytest
 
 from addon.photon.errors import SceneError
 from addon.photon.scene import (
+    LIT,
     MIRROR,
     SNAPSHOT_VERSION,
     Camera,
@@ -134,7 +135,7 @@ def test_version_1_is_read_as_the_last(file: Path) -> None:
         ),
         plain_light("bulb", "POINT", (7.0, 8.0, 9.0), (1.0, 1.0, 1.0), radius=0.5),
     )
-    unseen = tuple(replace(light, found_by=("diffuse", "glossy")) for light in lights)
+    unseen = tuple(replace(light, found_by=LIT) for light in lights)
     assert scene.lights == unseen
     assert scene.lights[0].parameters["outer"] == pytest.approx(1 - math.cos(0.6))
     assert scene.lights[0].parameters["inner"] == pytest.approx(0.7 * (1 - math.cos(0.6)))

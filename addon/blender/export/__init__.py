@@ -15,7 +15,7 @@ from .caustics import caustics_of, note_casters
 from .dicing import dicing_of
 from .geometry import Geometry
 from .graph import Context
-from .lights import export_light
+from .lights import export_light, seen
 from .materials import MaterialTable
 from .motion import FrameSet, Shutter, Views
 from .report import Entry, Notes, Report
@@ -26,6 +26,7 @@ from .unsupported import note_scene
 from .visibility import (
     Rays,
     group_of,
+    group_of_instance,
     note_rays,
     note_scattered_rays,
     terminator_of,
@@ -51,7 +52,8 @@ def snapshot(
     notes = Notes()
     scene = depsgraph.scene_eval
     exported_camera = export_camera(camera or scene.camera, depsgraph, notes)
-    if not (frame_set and scene.render.use_motion_blur):
+    is_blurred = scene.render.use_motion_blur and depsgraph.view_layer_eval.use_motion_blur
+    if not (frame_set and is_blurred):
         return _snapshot(exported_camera, depsgraph, model, notes)
     shutter = Shutter(scene, frame_set)
     try:
@@ -92,20 +94,19 @@ def _snapshot(
             continue
         matrix = np.array(instance.matrix_world, np.float64)
         if obj.type == "LIGHT" and instance.show_self:
-            group = group_of(obj, layer)
-            lights += [
-                replace(x, group=group) for x in export_light(instance, matrix, images, notes)
-            ]
+            group = group_of_instance(instance, layer)
+            found = export_light(instance, matrix, visible_bits(instance, layer), images, notes)
+            lights += [replace(x, group=group) for x in found]
         elif obj.type != "LIGHT":
             follow = partial(tracks.moving, instance, matrix) if tracks else None
             dicing = dicing_of(obj, scene, matrix)
-            rays = Rays(
-                visible_bits(instance, layer), group_of(obj, layer), terminator_of(obj), dicing
-            )
+            group = group_of_instance(instance, layer)
+            rays = Rays(visible_bits(instance, layer), group, terminator_of(obj), dicing)
             geometry.add(instance, matrix, rays, materials, notes, follow)
-    group = group_of(world, layer) if world else ""
-    from_world, air = export_world(world, images, notes, replace(context, attributes=[]))
-    lights += [replace(x, group=group) for x in from_world]
+    group = group_of(world.lightgroup, layer) if world else ""
+    context, is_shown = replace(context, attributes=[]), not scene.render.film_transparent
+    from_world, air = export_world(world, images, notes, context, is_shown)
+    lights = seen(lights) + [replace(x, group=group) for x in from_world]
     arrays = geometry.arrays(materials.materials)
     exported = Scene(
         camera=camera,

@@ -62,6 +62,8 @@ def corner_attribute(
         found = positions_of(mesh)[triangles].astype(np.float64)
     elif what[0] == UV and (what[1] or len(mesh.uv_layers)):  # else nothing, unlike for tangents
         found = uv_of(mesh, triangles, what[1])
+        if found is None:  # of another domain, or of three numbers
+            found = attribute_of(mesh, obj, triangles, what[1])
     elif what[0] in (NAMED, FACTOR):
         found = attribute_of(mesh, obj, triangles, what[1])
         found = as_number(found) if what[0] == FACTOR and found is not None else found

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from .colour_spaces import Space, colour_space_of, decoded
 from .finer import finer, times_finer
-from .links import Scope, source
+from .links import Scope, is_given, source
 from .pixels import check_memory, floats_of, is_multiplied_once
 
 MOST_PIXELS = 8192 * 4096
@@ -121,8 +121,9 @@ def _direction(node: bpy.types.Node, scope: Scope) -> NDArray[np.float64] | None
     """What takes the world's directions to those that a texture looks up, if it is linear."""
     feeding, end, inner = source(node.inputs["Vector"], scope)
     if feeding is None:
-        # A vector of its own, of a group's input, say, is the same everywhere.
-        return np.eye(3) if not node.inputs["Vector"].is_linked else None
+        # A vector of its own, of a group's input, say, or of a Mapping, is the same everywhere.
+        is_free = node.type != "MAPPING" and not is_given(node.inputs["Vector"], scope)
+        return np.eye(3) if is_free else None
     if feeding.type == "TEX_COORD" and end.name == "Generated":
         return np.eye(3)
     if feeding.type == "MAPPING":

@@ -73,10 +73,11 @@ def linked(node: bpy.types.Node, name: str, scope: Scope) -> bool:
 
 def is_given(socket: bpy.types.NodeSocket, scope: Scope) -> bool:
     """Whether an input has what a node gives, or the value of a group's input. Without, textures
-    and shaders know coordinates and normals themselves; normals also where the group shows none."""
+    and shaders know coordinates and normals themselves; normals also where the group shows none,
+    and before Blender 5.0, where Cycles itself took groups apart, all that a group is not given."""
     node, end, _ = source(socket, scope)
-    if node is not None:
-        return True
+    if node is not None or bpy.app.version < (5, 0):
+        return node is not None
     is_own = end == socket or isinstance(end, Nothing)
     return not is_own and not (end.hide_value and socket.name.endswith("Normal"))
 

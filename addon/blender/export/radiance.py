@@ -16,22 +16,24 @@ from .environment import EnvironmentMap, read_environment_map
 from .graph import MAGENTA, Graph, colour_of, missing
 from .links import Scope, source
 from .made_nodes import made
+from .nodes.texture_vector import note_mapping
 from .programs import Value
 from .report import Notes
 from .sky import Disc, has_disc, read_sky
 from .world_coordinates import placed_by
 from .world_nodes import Unsuited, evaluate
 
-Factor = NDArray[np.float64]  # (4, 3), of each of FOUND_BY and each channel
+Factor = NDArray[np.float64]  # (6, 3), of each of FOUND_BY and each channel
 ONE: Factor = np.ones((len(FOUND_BY), 3))
 # What Light Path tells each of FOUND_BY; other outputs are 0 to all. In Cycles a shadow ray is none
 # of these, whatever surface sent it: what it shows then depends on how it draws its samples.
 LIGHT_PATH = {
-    "Is Camera Ray": (1.0, 0.0, 0.0, 0.0),
-    "Is Diffuse Ray": (0.0, 1.0, 0.0, 0.0),
-    "Is Glossy Ray": (0.0, 0.0, 1.0, 1.0),
-    "Is Reflection Ray": (0.0, 1.0, 1.0, 1.0),
-    "Is Singular Ray": (0.0, 0.0, 0.0, 1.0),
+    "Is Camera Ray": (1.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    "Is Diffuse Ray": (0.0, 1.0, 0.0, 0.0, 0.0, 0.0),
+    "Is Glossy Ray": (0.0, 0.0, 1.0, 1.0, 1.0, 1.0),
+    "Is Reflection Ray": (0.0, 1.0, 1.0, 0.0, 1.0, 0.0),
+    "Is Singular Ray": (0.0, 0.0, 0.0, 0.0, 1.0, 1.0),
+    "Is Transmission Ray": (0.0, 0.0, 0.0, 1.0, 0.0, 1.0),
 }
 NOBODY = (0.0,) * len(FOUND_BY)
 SAME_IN_CYCLES = {"Is Camera Ray", "Is Glossy Ray"}
@@ -146,6 +148,7 @@ def _environment(
         graph.tell_absent(node)
         total.colour += factor * MAGENTA
         return
+    note_mapping(node, graph.owner, graph.notes)
     environment = read_environment_map(node, scope)
     if environment is None:
         _evaluate(graph, node, end, scope, factor, total)
@@ -218,7 +221,7 @@ def _is_mix(node: bpy.types.Node) -> bool:
 
 
 def _number(graph: Graph, socket: bpy.types.NodeSocket, scope: Scope) -> Factor:
-    """(4, 1) what an input gives each of FOUND_BY, of a colour (4, 3). Raises _Uneven."""
+    """(6, 1) what an input gives each of FOUND_BY, of a colour (6, 3). Raises _Uneven."""
     found = [_told(graph, socket, scope, at) for at in range(len(FOUND_BY))]
     return np.array([value.colour[: 3 if socket.type == "RGBA" else 1] for value in found])
 

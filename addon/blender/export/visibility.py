@@ -31,9 +31,11 @@ class Rays:
 
 def visible_bits(instance: bpy.types.DepsgraphObjectInstance, layer: bpy.types.ViewLayer) -> int:
     """Bits of Scene.visible of an object, or of an instance: what its instancer may be seen by,
-    too; the collections of a view layer count for the instancer."""
+    too; the collections of a view layer count for the instancer. Of lamps before Blender 4.4 their
+    own flags alone count."""
     obj = instance.object
-    placed_by = instance.parent if instance.is_instance else obj
+    is_alone = obj.type == "LIGHT" and bpy.app.version < (4, 4)
+    placed_by = instance.parent if instance.is_instance and not is_alone else obj
     bits = ALL_RAYS
     for name, bit in RAY_BITS.items():
         flag = f"visible_{name}"
@@ -42,14 +44,24 @@ def visible_bits(instance: bpy.types.DepsgraphObjectInstance, layer: bpy.types.V
     in_collections = placed_by.original
     if in_collections.holdout_get(view_layer=layer):
         return bits | HOLDOUT
-    if in_collections.indirect_only_get(view_layer=layer):
+    if in_collections.indirect_only_get(view_layer=layer) and not is_alone:
         bits &= ~RAY_BITS["camera"]
-    return bits | CATCHER if obj.is_shadow_catcher and bits & RAY_BITS["camera"] else bits
+    catches = obj.is_shadow_catcher or placed_by.is_shadow_catcher
+    return bits | CATCHER if catches and bits & RAY_BITS["camera"] else bits
 
 
-def group_of(owner: bpy.types.Object | bpy.types.World, layer: bpy.types.ViewLayer) -> str:
-    """The light group of an object or the world, if the view layer has it."""
-    return owner.lightgroup if owner.lightgroup in layer.lightgroups else ""
+def group_of(name: str, layer: bpy.types.ViewLayer) -> str:
+    """A light group, if the view layer has it."""
+    return name if name in layer.lightgroups else ""
+
+
+def group_of_instance(
+    instance: bpy.types.DepsgraphObjectInstance, layer: bpy.types.ViewLayer
+) -> str:
+    """The light group of an object or an instance, that of its instancer if it has none."""
+    own, placed_by = instance.object.lightgroup, instance.parent
+    inherits = not own and instance.is_instance
+    return group_of(placed_by.lightgroup if inherits else own, layer)
 
 
 def terminator_of(obj: bpy.types.Object) -> float:
@@ -61,14 +73,14 @@ def terminator_of(obj: bpy.types.Object) -> float:
 def note_rays(scene: Scene, notes: Notes) -> None:
     """Write down which lights Cycles' shadow rays find and rays of a lobe do not, or the other way
     round: those it weighs as if both did. Shadow rays to rough glass find lamps that are hidden
-    from glossy rays, and to Translucent BSDFs no emissive objects that are from diffuse rays; those
-    to the world pass what diffuse rays meet, and meet what these pass."""
+    from glossy rays or those of transmission, and to Translucent BSDFs no emissive objects that are
+    from diffuse rays; those to the world pass what diffuse rays meet, and meet what these pass."""
     kinds = [lobe_kinds()[x.kind] for m in scene.materials for x in m.lobes if x.reflects]
     if any(kind.is_two_sided and not kind.is_diffuse for kind in kinds):
         for light in scene.lights:
             is_lamp = not light_kinds()[light.kind].is_world
-            if is_lamp and "glossy" not in light.found_by and "diffuse" in light.found_by:
-                what = "rough glass shows nothing of it, and in Cycles some"
+            if is_lamp and ("glossy" in light.found_by) != ("transmission" in light.found_by):
+                what = "rough glass shows a part of it, and in Cycles another"
                 notes.approximated(f"Light '{light.name}'", "Ray Visibility", what)
     if not len(scene.visible):  # all rays meet all
         return
@@ -95,6 +107,10 @@ def note_scattered_rays(scene: Scene, depsgraph: bpy.types.Depsgraph, notes: Not
         if not getattr(obj, "visible_volume_scatter", True):
             what = "what volumes scatter finds it as what diffuse surfaces scatter"
             notes.approximated(f"Object '{obj.name}'", "Ray Visibility", what)
+    world = depsgraph.scene_eval.world
+    if world and not getattr(getattr(world, "cycles_visibility", None), "scatter", True):
+        what = "it lights what volumes scatter"
+        notes.approximated(f"World '{world.name}'", "Ray Visibility", what)
 
 
 def _note_surfaces(

@@ -30,10 +30,15 @@ from .shaders.volume import medium_of
 
 
 def export_world(
-    world: bpy.types.World | None, images: list[Image], notes: Notes, context: Context
+    world: bpy.types.World | None,
+    images: list[Image],
+    notes: Notes,
+    context: Context,
+    is_shown: bool = True,
 ) -> tuple[tuple[Light, ...], Medium]:
     """Return the lights that the world is, and the medium that it fills all with, and append the
-    images that the lights refer to; `context`: what its nodes know besides directions."""
+    images that the lights refer to; `context`: what its nodes know besides directions; `is_shown`:
+    behind all else, as no transparent film shows it, nor a sky's sun."""
     if world is None:
         return (), NO_MEDIUM
     owner, medium = f"World '{world.name}'", NO_MEDIUM
@@ -58,6 +63,8 @@ def export_world(
         ]
         if found:
             images.append(Image(name, environment.pixels))
+    if not is_shown:
+        visible[FOUND_BY.index("camera")] = 0.0
     lights += [
         sun_light(world.name, colour, disc.direction, disc.angle, found_by)
         for disc, factor in total.discs
@@ -88,7 +95,7 @@ def _by_factor(factor: Factor, owner: str, notes: Notes) -> list[tuple[RGB, tupl
 
 
 def _visible(world: bpy.types.World) -> Factor:
-    """(4, 1), of each of FOUND_BY: 0 for those that the world's ray visibility excludes."""
+    """(6, 1), of each of FOUND_BY: 0 for those that the world's ray visibility excludes."""
     flags = getattr(world, "cycles_visibility", None)
-    names = ("camera", "diffuse", "glossy", "glossy")
+    names = ("camera", "diffuse", "glossy", "transmission", "glossy", "transmission")
     return np.array([[float(getattr(flags, name, True))] for name in names])

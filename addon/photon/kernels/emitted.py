@@ -38,7 +38,7 @@ class Emitted(Kernel):
         "GLOWING",
         "DISPERSION",
         "PORTALS",
-        "DIFFUSE_APART",
+        "RAYS_APART",
         "WALKS",
         *LIGHT_DEFINES,
     )

@@ -2,12 +2,12 @@
 """What kernels read that ask lights, whatever their kinds."""
 
 from ...streams import Table, Uniform, When
-from ..scene import FOUND_BY
+from ..scene import FOUND_BY, LIT
 from .records import LIGHT, LIGHT_LIMIT, LIGHT_NODE, LIGHT_PLACE, PORTAL, PROFILE
 
 # Bits of a light's found_by in GLSL (lib/light.glsl).
 FOUND_BITS = {name: 1 << bit for bit, name in enumerate(FOUND_BY)}
-LIGHT_SURFACES = FOUND_BITS["diffuse"] | FOUND_BITS["glossy"]  # one of them: shadow rays ask it
+LIGHT_SURFACES = sum(FOUND_BITS[name] for name in LIT)  # one of them: shadow rays ask it
 IS_SOFT, IS_GLOW = 1 << len(FOUND_BY), 2 << len(FOUND_BY)
 LIGHT_DEFINES = (
     "PROFILES",

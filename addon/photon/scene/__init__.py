@@ -8,6 +8,7 @@ from .images import Image, Texture
 from .lights import (
     FOUND_BY,
     GLOW,
+    LIT,
     Light,
     area_light,
     environment_light,
@@ -33,6 +34,7 @@ __all__ = [
     "FOUND_BY",
     "GLOW",
     "HOLDOUT",
+    "LIT",
     "MIRROR",
     "MOST_BOUNCES",
     "MOST_TRIANGLES",

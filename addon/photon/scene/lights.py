@@ -18,8 +18,10 @@ from .visibility import MOST_BOUNCES
 
 # Half a spread [rad]: a narrower one is as good as parallel.
 LEAST_SPREAD = 1e-3
-# Who may find a light: the eye's rays; shadow rays of diffuse surfaces and of lobes; rays of lobes.
-FOUND_BY = ("camera", "diffuse", "glossy", "chains")
+# Who may find a light: the eye's rays; shadow rays of diffuse surfaces, of lobes that reflect, and
+# of those that let through; rays that lobes reflect, and those that pass through surfaces.
+FOUND_BY = ("camera", "diffuse", "glossy", "transmission", "chains", "passing")
+LIT = ("diffuse", "glossy", "transmission")  # shadow rays of all kinds
 GLOW = "glow"  # a kind
 
 
@@ -86,7 +88,7 @@ class Light:
     @property
     def cares_who_is_lit(self) -> bool:
         """Whether it brings something else than its flux, by how far and what a surface is."""
-        all_kinds = {"diffuse", "glossy"} <= set(self.found_by)
+        all_kinds = {*LIT} <= set(self.found_by)
         falls_off = not (self.falloff or self.smoothing)
         return not (all_kinds and falls_off) or bool(self.parameters.get("soft"))
 
@@ -98,7 +100,12 @@ class Light:
     @property
     def lights_surfaces(self) -> bool:
         """Whether shadow rays and photons ask for it."""
-        return "diffuse" in self.found_by or "glossy" in self.found_by
+        return not {*LIT}.isdisjoint(self.found_by)
+
+    @property
+    def is_met_by_lobes(self) -> bool:
+        """Whether rays of some lobes find it."""
+        return "chains" in self.found_by or "passing" in self.found_by
 
 
 def point_light(
@@ -119,8 +126,7 @@ def glow_light(name: str, position: RGB, power: RGB, radius: float, surface: int
     """What a medium emits about a place, as a ball of a radius [m], in a mesh of which a surface of
     the scene is; rays find it on their way."""
     parameters = {"radius": radius, "surface": float(surface)}
-    found_by = ("diffuse", "glossy")
-    return Light(name, GLOW, position, power, parameters=parameters, found_by=found_by)
+    return Light(name, GLOW, position, power, parameters=parameters, found_by=LIT)
 
 
 def spot_light(

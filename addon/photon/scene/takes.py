@@ -80,7 +80,7 @@ def _unseen(light: Light) -> Light:
 
 
 def _lights(light: Light) -> bool:
-    return light.lights_surfaces or "chains" in light.found_by
+    return light.lights_surfaces or light.is_met_by_lobes
 
 
 def _lit(scene: Scene, part: Part, groups: tuple[str, ...]) -> Iterator[Take]:

@@ -20,14 +20,14 @@ from .camera import Camera
 from .checks import BLACK, check_finite
 from .displacement import Displacement
 from .images import Image, Texture
-from .lights import Light, point_light, spot_light, world_light
+from .lights import LIT, Light, point_light, spot_light, world_light
 from .materials import Lobe, Material, phong
 from .media import NO_MEDIUM, Medium
 from .moving import ARRAYS, Moving, check_moving
 from .programs import Program, read_program, read_varying
 from .visibility import ALL_RAYS, CATCHER, CAUSTICS, HOLDOUT
 
-SNAPSHOT_VERSION = 5
+SNAPSHOT_VERSION = 6
 TERMINATOR = 0.1  # of Scene.terminators, as Blender has it of new objects ("Geometry Offset")
 
 
@@ -285,11 +285,22 @@ def _read_light(values: dict[str, Any]) -> Light:
     return Light(**values | {"parameters": _tuples(values["parameters"]), "profile": profile})
 
 
+def _read_light_5(values: dict[str, Any]) -> Light:
+    """Before what lets through was told from what reflects."""
+    return _found_by_both(_read_light(values))
+
+
+def _found_by_both(light: Light) -> Light:
+    passing = {"glossy": "transmission", "chains": "passing"}
+    more = (passing[who] for who in light.found_by if who in passing)
+    return replace(light, found_by=(*light.found_by, *more))
+
+
 def _read_light_3(values: dict[str, Any]) -> Light:
     """Before spheres might be soft, and cones stretched."""
     new = {"point": {"soft": 0.0}, "spot": {"soft": 0.0, "stretch_x": 1.0, "stretch_y": 1.0}}
     parameters = _tuples(values["parameters"]) | new.get(values["kind"], {})
-    return Light(**values | {"parameters": parameters})
+    return _found_by_both(Light(**values | {"parameters": parameters}))
 
 
 def _read_light_1(values: dict[str, Any]) -> Light:
@@ -301,7 +312,7 @@ def _read_light_1(values: dict[str, Any]) -> Light:
         light = spot_light(
             name, position, power, values["direction"], size=size, blend=blend, radius=radius
         )
-    return replace(light, found_by=("diffuse", "glossy"))
+    return replace(light, found_by=LIT)
 
 
 def _read_material_1(values: dict[str, Any]) -> Material:
@@ -315,8 +326,9 @@ _READERS: dict[int, tuple[Callable[..., Light], Callable[..., Material]]] = {
     1: (_read_light_1, _read_material_1),
     2: (_read_light_3, _read_material),
     3: (_read_light_3, _read_material),
-    4: (_read_light, _read_material),
-    5: (_read_light, _read_material),
+    4: (_read_light_5, _read_material),
+    5: (_read_light_5, _read_material),
+    6: (_read_light, _read_material),
 }
 
 

@@ -27,7 +27,9 @@ FINDERS = {
     "camera": ("camera",),
     "diffuse": ("diffuse",),
     "glossy": ("glossy",),
+    "transmission": ("transmission",),
     "chains": ("diffuse", "glossy", "transmission"),
+    "passing": ("diffuse", "glossy", "transmission"),
 }
 
 

@@ -50,7 +50,7 @@ def find_needs(
     chains = (rays and settings.mirror_depth > 0) or transparent
     met = [light for light in emitting if light_kinds()[light.kind].is_met(light.parameters)]
     glows = emissive or media.glowing  # and rays of lobes meet it
-    by_chains = chains and (glows or any("chains" in light.found_by for light in met))
+    by_chains = chains and (glows or any(light.is_met_by_lobes for light in met))
     of_mesh = frozenset({TRIANGLE} if emissive else ())
     photons = lighting and (diffuse or gathered) and settings.photons_a_pass > 0
     return SceneNeeds(
@@ -67,7 +67,7 @@ def find_needs(
         weighed=asked
         and broad
         and by_chains
-        and (glows or any("glossy" in x.found_by for x in met)),
+        and (glows or any(not {"glossy", "transmission"}.isdisjoint(x.found_by) for x in met)),
         transparent_depth=settings.transparent_depth if transparent else 0,
         shadow_programs=_programs_of(scene, materials, of_transmittance),
         light_kinds=of_mesh | {light.kind for light in emitting},
@@ -95,14 +95,15 @@ def _of_rays(
     """Whether not all rays meet all surfaces, or find all lights."""
     lobes = [lobe_kinds()[kind] for kind in kinds]
     no_caustics = lacking_caustics(scene, lobes)
-    diffuse_apart = are_apart(emitting) and any(kind.is_diffuse for kind in lobes)
+    kinds_of_rays = any(x.is_diffuse for x in lobes), any(x.transmits for x in lobes)
+    rays_apart = are_apart(emitting, *kinds_of_rays)
     return {
         "no_caustics": no_caustics,
-        "diffuse_apart": diffuse_apart,
+        "rays_apart": rays_apart,
         "visibility": is_limited(emitting)
         or bool((mesh.visible != ALL_RAYS).any())
         or any(material.holdout or material.is_transparent for material in materials)
-        or diffuse_apart
+        or rays_apart
         or no_caustics > 0,
     }
 

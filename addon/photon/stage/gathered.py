@@ -71,7 +71,7 @@ def _sends_rays(lobe: Lobe, seen: bool) -> bool:
 
 def _is_met(lamp: Light) -> bool:
     """Whether rays of lobes meet it by chance."""
-    return "chains" in lamp.found_by and light_kinds()[lamp.kind].is_met(lamp.parameters)
+    return lamp.is_met_by_lobes and light_kinds()[lamp.kind].is_met(lamp.parameters)
 
 
 def _is_sharp(lobe: Lobe) -> bool:
@@ -86,7 +86,9 @@ def _is_diffuse(lobe: Lobe) -> bool:
 
 def _is_met_by_rays_alone(light: Light) -> bool:
     """Whether lobes reflect it where their rays meet it, and no shadow ray finds it for them."""
-    return "chains" in light.found_by and "glossy" not in light.found_by
+    found = set(light.found_by)
+    ways = (("chains", "glossy"), ("passing", "transmission"))
+    return any(ray in found and shadow not in found for ray, shadow in ways)
 
 
 def _are_told_apart(scene: Scene, materials: Collection[Material]) -> bool:

@@ -32,7 +32,7 @@ from .upload import Textures, texels_of, upload_table
 
 def is_seen(light: Light) -> bool:
     """Whether any ray may meet the light itself."""
-    found = "camera" in light.found_by or "chains" in light.found_by
+    found = "camera" in light.found_by or light.is_met_by_lobes
     return found and light_kinds()[light.kind].is_met(light.parameters)
 
 

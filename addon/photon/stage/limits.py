@@ -18,9 +18,12 @@ def is_limited(lights: tuple[Light, ...]) -> bool:
     return any(not x.casts_shadow or x.max_bounces < MOST_BOUNCES for x in lights)
 
 
-def are_apart(lights: tuple[Light, ...]) -> bool:
-    """Whether rays of some lobes find one of them, and those of diffuse lobes do not."""
-    return any("chains" in x.found_by and "diffuse" not in x.found_by for x in lights)
+def are_apart(lights: tuple[Light, ...], diffuse: bool = True, transmit: bool = True) -> bool:
+    """Whether rays of some lobes find one of them, and those of others do not, of lobes some of
+    which may be `diffuse`, and some may `transmit`."""
+    found = [set(light.found_by) for light in lights if light.is_met_by_lobes]
+    hidden = diffuse and any("diffuse" not in by for by in found)
+    return hidden or (transmit and any(("chains" in by) != ("passing" in by) for by in found))
 
 
 def casts_caustics(name: str) -> bool:

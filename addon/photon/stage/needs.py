@@ -63,7 +63,7 @@ class SceneNeeds:
     profiles: bool = False  # lights are not equally bright in all directions
     gobos: bool = False  # or not of one colour, or not at all places
     arrivals: bool = False  # what photons bring hangs on where they first land
-    diffuse_apart: bool = False  # rays of some lobes find lights that those of diffuse ones do not
+    rays_apart: bool = False  # rays of some lobes find lights that those of others do not
     visibility: bool = False  # rays pass through some surfaces, or lights are limited
     first_hits: bool = False  # photons carry the direct light
     no_caustics: int = 0  # bits of CAUSTICS: by such lobes no light comes to diffuse surfaces
@@ -207,7 +207,7 @@ class SceneNeeds:
         """What the kernel that finds lights is compiled with."""
         defines = {**self.direct_defines, **({"EMISSIVE": 1} if self.emissive else {})}
         defines |= {"EMISSION_BY_PROGRAMS": 1} if self.emission_programs.nodes else {}
-        defines |= {"DIFFUSE_APART": 1} if self.diffuse_apart else {}
+        defines |= {"RAYS_APART": 1} if self.rays_apart else {}
         shadow = {"PANES", "MEDIA"}
         for name in shadow if self.weighed else {*shadow, "TWO_SIDED", "PORTALS"}:
             defines.pop(name, None)

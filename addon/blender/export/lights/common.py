@@ -10,13 +10,12 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ....photon.scene import MOST_BOUNCES, RGB, Image, Light, triple
+from ....photon.scene import MOST_BOUNCES, RAY_BITS, RGB, Image, Light, triple
 from ..report import Notes
 from .strength import strength_of
 
 # Two axes count as equally long within matrix_world's float32 rounding.
 EVEN_SCALE = 1e-4
-RAYS = ("camera", "diffuse", "glossy")  # that objects' ray visibility tells apart for lights
 # RNA names of what only EEVEE knows, with their neutral values.
 EEVEE_FACTORS = {"diffuse_factor": "Diffuse", "specular_factor": "Specular"}
 
@@ -29,6 +28,7 @@ class Lamp:
     matrix: NDArray[np.float64]  # (4, 4) to the world
     record: NDArray[np.float64]  # (6, 4) as of Scene.objects
     owner: str  # "Light 'Sun'"
+    rays: int  # bits of those that it is visible to
     notes: Notes
     images: list[Image]  # of the scene, to which its own are added
 
@@ -99,15 +99,17 @@ def signed(light: Light) -> tuple[Light, ...]:
 
 
 def _found_by(lamp: Lamp) -> tuple[str, ...]:
-    """As in Cycles: where its rays are not to find a light, the eye's are not either."""
+    """As in Cycles: where its rays are not to find a sun, the eye's are not either."""
     cycles = getattr(lamp.data, "cycles", None)
     by_rays = getattr(cycles, "use_multiple_importance_sampling", True)
-    visible = {name: getattr(lamp.obj, f"visible_{name}", True) for name in RAYS}
+    visible = {name: lamp.rays & bit for name, bit in RAY_BITS.items()}
     found = {
-        "camera": visible["camera"] and by_rays,
+        "camera": visible["camera"] and (by_rays or lamp.data.type != "SUN"),
         "diffuse": visible["diffuse"],
         "glossy": visible["glossy"],
+        "transmission": visible["transmission"],
         "chains": visible["glossy"] and by_rays,
+        "passing": visible["transmission"] and by_rays,
     }
     return tuple(name for name, is_found in found.items() if is_found)
 

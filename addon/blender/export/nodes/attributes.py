@@ -106,8 +106,13 @@ def read_coordinate(
             return in_camera(graph)
         case "Window":
             return in_window(graph)
-    normal, incoming = here(graph, "normal"), here(graph, "incoming")
-    return 0.0 - vector(graph, "REFLECT", incoming, normal, ZERO)
+    incoming = here(graph, "incoming")
+    return 0.0 - vector(graph, "REFLECT", incoming, smooth(graph), ZERO)
+
+
+def smooth(graph: Graph) -> Value:
+    """The normal of the smooth surface, which a material's displacement may have bent."""
+    return graph.displaced or here(graph, "normal")
 
 
 def _object_normal(graph: Graph) -> Value:
@@ -116,7 +121,7 @@ def _object_normal(graph: Graph) -> Value:
     what = "object normal there"
     width = max(graph.program.shift)
     if width == 0.0 or graph.volume or bpy.app.version < (5, 2):
-        return here(graph, what)
+        return in_space(graph, graph.displaced, 2) if graph.displaced else here(graph, what)
     which = Value.of(GEOMETRY[what])
     whole = (*(float(x > 0.0) for x in graph.program.shift), 0.0, 0.0)
     own, there = (
@@ -149,6 +154,8 @@ def read_uv_map(
     graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
 ) -> Value:
     """Read UV Map."""
+    if node.from_instancer:
+        return attribute(graph, PLACED_AT, "UV")
     return attribute(graph, UV, node.uv_map)
 
 
@@ -226,6 +233,6 @@ def radial_tangent(graph: Graph, axis: str) -> Value:
 
 def on_surface(graph: Graph, along: Value) -> Value:
     """A direction of the object's space in world space, square to the normal."""
-    normal, turned = here(graph, "normal"), in_space(graph, along, 5)
+    normal, turned = smooth(graph), in_space(graph, along, 5)
     across = normalized(graph, vector(graph, "CROSS_PRODUCT", turned, normal, ZERO))
     return vector(graph, "CROSS_PRODUCT", normal, across, ZERO)

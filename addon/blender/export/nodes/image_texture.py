@@ -13,7 +13,7 @@ from ..links import Scope, is_given
 from ..programs import Value
 from ..textures import Found, is_separated
 from .attributes import UV, here
-from .texture_vector import texture_vector
+from .texture_vector import note_mapping, texture_vector
 
 # The numbers of glsl/lib/image.glsl and glsl/nodes/image.glsl.
 TEXELS = {"Closest": 1, "Linear": 2, "Cubic": 4, "Smart": 4}
@@ -56,6 +56,7 @@ def read_environment(
     found = graph.textures.find(graph.owner, node) if graph.textures else Found(0)
     if found.constant is not None:
         return Value.of(_constant(found, separated=False))
+    note_mapping(node, graph.owner, graph.notes)
     socket = node.inputs["Vector"]
     is_free = not is_given(socket, scope)
     return graph.program.emit(

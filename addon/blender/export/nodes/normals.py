@@ -9,7 +9,7 @@ import bpy
 from ..graph import Graph
 from ..links import Scope, linked
 from ..programs import ONE, ZERO, Value, value
-from .attributes import NORMAL, TANGENT, UNDISPLACED, attribute, here
+from .attributes import NORMAL, TANGENT, UNDISPLACED, attribute, here, smooth
 from .mapping import in_space, normalized
 from .vectors import combined
 
@@ -29,7 +29,7 @@ def read_normal_map(
     colour = graph.input(node, "Color", scope)
     if getattr(node, "convention", "OPENGL") == "DIRECTX":  # from Blender 5.2 on
         colour = combined(graph, colour.part("x"), ONE - colour.part("y"), colour.part("z"))
-    normal = attribute(graph, NORMAL) if in_tangents else ZERO
+    normal = attribute(graph, NORMAL) if in_tangents else smooth(graph)
     if in_tangents and bpy.app.version >= (5, 2) and not is_moved:
         normal = normalized(graph, normal)
     return graph.program.emit(
@@ -144,8 +144,3 @@ def bent_in_object(graph: Graph, normal: Value, heights: tuple[Value, Value, Val
         way_across=ways[1],
     )
     return in_space(graph, found, 5)
-
-
-def smooth(graph: Graph) -> Value:
-    """The normal of the smooth surface."""
-    return graph.displaced or here(graph, "normal")

@@ -51,8 +51,9 @@ def reflected(graph: Graph, node: bpy.types.Node, scope: Scope, ior: Value) -> V
     """The share that is reflected, and in w the cosine."""
     normal = node.inputs["Normal"]
     given = is_given(normal, scope)
-    at = graph.value(normal, scope) if given else ZERO
-    return graph.program.emit("fresnel", ior=ior, normal=at, given=Value.of(float(given)))
+    at = graph.value(normal, scope) if given else graph.displaced
+    told = Value.of(float(at is not None))
+    return graph.program.emit("fresnel", ior=ior, normal=at or ZERO, given=told)
 
 
 def read_camera(

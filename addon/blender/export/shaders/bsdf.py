@@ -177,13 +177,14 @@ def as_diffuse(graph: Graph, node: bpy.types.Node, scope: Scope) -> Bsdf:
 
 
 def roughness_of(graph: Graph, node: bpy.types.Node, scope: Scope) -> Value:
-    """A node's roughness, in [0, 1]."""
-    return math("MINIMUM", math("ABSOLUTE", graph.input(node, "Roughness", scope)), 1.0)
+    """A node's roughness, in [0, 1], as Cycles has it: Refraction squares it before it clamps."""
+    roughness = graph.input(node, "Roughness", scope)
+    return (math("ABSOLUTE", roughness) if node.type == "BSDF_REFRACTION" else roughness).clamp()
 
 
 def phong_of(graph: Graph, node: bpy.types.Node, k_s: Value, scope: Scope) -> ShaderLobe:
     """The paper's lobe of a node's roughness: exponent n = 2 / alpha^2 - 2, alpha = roughness^2."""
-    roughness = math("ABSOLUTE", graph.input(node, "Roughness", scope))
+    roughness = roughness_of(graph, node, scope)
     mirror = ShaderLobe("mirror", k_s, {})
     if roughness.is_just(0.0):
         return mirror

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..graph import Graph
 from ..links import Scope, linked
-from ..nodes.normals import smooth
+from ..nodes.attributes import smooth
 from ..programs import Value, math, value
 from .bsdf import Bsdf, ShaderLobe, clipped
 

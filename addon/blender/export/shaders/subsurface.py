@@ -11,7 +11,7 @@ import bpy
 from ..graph import Graph
 from ..links import Scope
 from ..programs import Value
-from .bsdf import Bsdf, ShaderLobe, SpecularModel, clipped
+from .bsdf import Bsdf, ShaderLobe, SpecularModel, clipped, roughness_of
 
 PATH = 0.25 / math.pi  # the mean free path of a radius, but by WALK, where it is the radius itself
 STEPS = 40  # of bisection
@@ -40,7 +40,7 @@ def of_principled(
     method = _method(node, "subsurface_method")
     if method == SKIN:
         ior = graph.input(node, "Subsurface IOR", scope)
-    rough = graph.input(node, "Roughness", scope)
+    rough = roughness_of(graph, node, scope)
     entry = ior, rough * rough
     onward = graph.input(node, "Subsurface Anisotropy", scope, 0.0)
     far = _as_if_even(graph, far, onward, colour, method)
