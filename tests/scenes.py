@@ -57,7 +57,8 @@ def plain_light(
 
 def backdrop(radiance: Any) -> tuple[Light, ...]:
     """A world that is seen and lights nothing; none if it is black."""
-    return (world_light("backdrop", radiance, ("camera", "chains")),) if any(radiance) else ()
+    found_by = ("camera", "chains", "passing")
+    return (world_light("backdrop", radiance, found_by),) if any(radiance) else ()
 
 
 def with_cone(light: Light, size: float) -> Light:

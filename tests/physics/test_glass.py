@@ -173,7 +173,7 @@ def test_snells_window(device: Device) -> None:
     ior, size = 1.333, 96
     built = Builder().quad((-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0), 0)
     built.quad((-9, -9, -1.5), (9, -9, -1.5), (9, 9, -1.5), (-9, 9, -1.5), 1)
-    world = (world_light("world", WHITE, ("camera", "chains")),)
+    world = (world_light("world", WHITE, ("camera", "chains", "passing")),)
     water = (glass(ior), Material("black", (0.0, 0.0, 0.0)))
     scene = built.scene(camera((0, 0, -1), (0, 0, 0), 110), world, water)
     image = render(device, scene, width=size, height=size, passes=16, photons=0)

@@ -24,6 +24,9 @@ def bump_of(graph: Graph, output: bpy.types.Node, material: bpy.types.Material) 
     if method == "DISPLACEMENT" or not is_given(output.inputs[SOCKET], ()):
         return None
     if method == "BOTH":
+        if bpy.app.version < (5, 0):
+            what = "the bump is as Blender 5.0 makes it"
+            graph.notes.approximated(graph.owner, "Displacement and Bump", what)
         graph = replace(graph, undisplaced=True, _known={}, _reading=[])
     return bump_of_displacement(graph, output.inputs[SOCKET])
 

@@ -190,7 +190,7 @@ def _tile(image: bpy.types.Image, tile: bpy.types.UDIMTile) -> _Source:
     for packed in image.packed_files:
         if packed.tile_number == number:
             return _Source(image, packed.filepath, number, packed.packed_file)
-    if tile.is_generated_tile:  # Blender tells the first one's pixels alone
+    if getattr(tile, "is_generated_tile", False):  # Blender tells the first one's pixels alone
         return _Source(image, "", number, is_there=number == image.tiles[0].number)
     u, v = (number - 1001) % 10 + 1, (number - 1001) // 10 + 1
     path = file_of(image).replace("<UDIM>", str(number)).replace("<UVTILE>", f"u{u}_v{v}")

@@ -14,7 +14,9 @@ from .mapping import in_space, normalized
 from .vectors import combined
 
 SPACES = {"TANGENT": 0, "OBJECT": 1, "WORLD": 2, "BLENDER_OBJECT": 3, "BLENDER_WORLD": 4}
-WIDTH = 0.1  # the default of a Bump node's Filter Width, and that of displacement
+# The default of a Bump node's Filter Width, and that of displacement [px]. Before Blender 4.5 there
+# was no such input, and heights were asked a pixel away.
+WIDTH = 0.1 if bpy.app.version >= (4, 5) else 1.0
 
 
 def read_normal_map(

@@ -19,6 +19,9 @@ LAYERS = ("Scale", "Detail", "Roughness", "Lacunarity", "Randomness")
 
 def read(graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope) -> Value:
     """Read an output. Those that a feature does not have are 0."""
+    if bpy.app.version < (5, 0) and node.voronoi_dimensions != "1D":
+        what = "its cells lie where Blender 5.0 has them"  # by whole numbers' hash
+        graph.notes.approximated(graph.owner, node.bl_label, what)
     if node.feature == "N_SPHERE_RADIUS":
         return _radius(graph, node, scope) if output.identifier == "Radius" else Value.of(0.0)
     if output.identifier == "Radius":

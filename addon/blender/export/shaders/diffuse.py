@@ -26,6 +26,9 @@ def rough_diffuse(graph: Graph, albedo: Value, roughness: Value, model: Specular
     if model is SpecularModel.PHONG:
         graph.notes.approximated(graph.owner, "Diffuse roughness", "rendered as Lambertian")
         return Bsdf(albedo)
+    if bpy.app.version < (4, 3):
+        what = "by the model that Blender has from 4.3 on"
+        graph.notes.approximated(graph.owner, "Diffuse roughness", what)
     parameters = {"diffuse_roughness": roughness.clamp()}
     return Bsdf(lobes=(ShaderLobe("oren_nayar", clipped(albedo), parameters),))
 
