@@ -54,8 +54,9 @@ int light_of_triangle(float number) {
 bool is_found_by_lobe(Light light) {
 #ifdef RAYS_APART
     int sent = sent_by_reach(load_direction().t_max);
-    if ((sent & RAY_DIFFUSE) != 0 && !is_found(light, BY_DIFFUSE)) return false;
-    if ((sent & RAY_TRANSMISSION) != 0) return is_found(light, BY_PASSING);
+    bool is_diffuse = (sent & RAY_DIFFUSE) != 0, passes = (sent & RAY_TRANSMISSION) != 0;
+    if (is_diffuse && !is_found(light, passes ? BY_TRANSLUCENT : BY_DIFFUSE)) return false;
+    if (passes) return is_found(light, BY_PASSING);
 #endif
     return is_found(light, BY_CHAINS);
 }

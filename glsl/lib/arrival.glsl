@@ -4,7 +4,7 @@
 #include "lib/light.glsl"
 #include "lib/from_light.glsl"
 
-// The share of a photon's flux that a kind of surface may have, BY_DIFFUSE or BY_GLOSSY.
+// The share of a photon's flux that a kind of surface may have, by one of the bits of shadow rays.
 float share_of_arrival(RayOrigin origin, vec3 place, int by) {
     if (!is_from_light(origin)) return 1.0;
     Light light = light_at(light_of(origin));

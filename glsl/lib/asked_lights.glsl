@@ -20,7 +20,8 @@ float rays_to(int light, vec3 position, vec3 normal) {
 #endif
 }
 
-// Whether both shadow rays and rays of lobes may, of such that reflect, or that let through: else there is nothing to weigh.
+// Whether both shadow rays and rays of lobes may find it, of lobes that reflect or of lobes that let through: else there
+// is nothing to weigh.
 bool rays_that_reflect_find(Light light) { return is_found(light, BY_CHAINS) && is_found(light, BY_GLOSSY); }
 bool rays_of_lobes_find(Light light) {
     return rays_that_reflect_find(light) || (is_found(light, BY_PASSING) && is_found(light, BY_TRANSMISSION));

@@ -114,7 +114,7 @@ void scatter_by_lobe(inout Leaving leaving, LobeSample by, PhotonPoint point, fl
 #ifdef ARRIVALS
     int finder = leaving.by_specular ? BY_GLOSSY : BY_DIFFUSE;
 #ifdef TRANSMITS
-    if (leaving.by_specular && dot(by.direction, geometric) < 0.0) finder = BY_TRANSMISSION;
+    if (dot(by.direction, geometric) < 0.0) finder = leaving.by_specular ? BY_TRANSMISSION : BY_TRANSLUCENT;
 #endif
 #ifdef SCATTERING
     if (is_phase(by.lobe)) finder = BY_SHADOW_RAYS;

@@ -147,7 +147,7 @@ bool is_found_for(Light light, Lobe lobe) {
 #endif
     bool transmits = transmits_kind(lobe.kind);
     if (!is_diffuse_kind(lobe.kind)) return is_found(light, transmits ? BY_GLOSSY + BY_TRANSMISSION : BY_GLOSSY);
-    if (transmits && !is_found(light, BY_TRANSMISSION)) return false;
+    if (transmits) return is_found(light, BY_TRANSLUCENT);
     return is_found(light, BY_DIFFUSE) && (is_found(light, BY_GLOSSY) || !is_found(light, BY_CHAINS));
 }
 
@@ -175,8 +175,6 @@ vec3 eval_lobes(VisiblePoint point, Light light, float own, vec3 to_light, float
     Shape rays0 = shape_of_rays(point.lobe0, point.shape0), rays1 = shape_of_rays(point.lobe1, point.shape1);
     if (is_weighed && lobes > 1) share = share_of_first(point.lobe0, rays0, point.lobe1, rays1, cosine);
 #endif
-#endif
-#ifdef WEIGHED
     bool reflects = rays_that_reflect_find(light) || is_glow(light);
 #endif
     // A loop, for compilers write out each call.

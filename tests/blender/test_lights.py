@@ -63,7 +63,7 @@ def test_point_with_radius(export, soft) -> None:
     assert ("Light 'Point'", "Point light") in reported(report, "exact")
 
 
-LIT = ("diffuse", "glossy", "transmission")
+LIT = ("diffuse", "glossy", "transmission", "translucent")
 EVERYONE = ("camera", *LIT, "chains", "passing")
 
 
@@ -73,9 +73,10 @@ EVERYONE = ("camera", *LIT, "chains", "passing")
         ((), True, EVERYONE),
         ((), False, LIT),
         (("camera",), True, EVERYONE[1:]),
-        (("diffuse",), True, ("camera", *EVERYONE[2:])),
-        (("glossy",), True, ("camera", "diffuse", "transmission", "passing")),
+        (("diffuse",), True, ("camera", "glossy", "transmission", "chains", "passing")),
+        (("glossy",), True, ("camera", "diffuse", "transmission", "translucent", "passing")),
         (("transmission",), True, ("camera", "diffuse", "glossy", "chains")),
+        (("glossy", "transmission"), True, ("camera", "diffuse")),
     ],
 )
 def test_who_finds_it(export, hidden, by_rays, found_by) -> None:

@@ -86,31 +86,6 @@ def displacement(space: str, vector: bool = False, also: Build | None = None) ->
     return build
 
 
-def told(kind: str, output: int | str, **properties: Any) -> Build:
-    """What a node says of a displaced surface, one more than it, as some of it is negative."""
-
-    def build(tree: Tree, shader: bpy.types.Node) -> None:
-        displacement("OBJECT")(tree, shader)
-        node = add_node(tree, f"ShaderNode{kind}")
-        for name, value in properties.items():
-            setattr(node, name, value)
-        more = add_node(tree, "ShaderNodeVectorMath")
-        more.inputs[1].default_value = (1.0, 1.0, 1.0)
-        tree.links.new(node.outputs[output], more.inputs[0])
-        tree.links.new(more.outputs[0], shader.inputs["Color"])
-
-    return build
-
-
-TOLD: Mapping[str, Build] = {
-    "Fresnel": told("Fresnel", 0),
-    "Layer Weight's Fresnel": told("LayerWeight", 0),
-    "Layer Weight's Facing": told("LayerWeight", 1),
-    "Normal": told("TexCoord", "Normal"),
-    "Reflection": told("TexCoord", "Reflection"),
-    "Geometry's Normal": told("NewGeometry", "Normal"),
-    "Tangent": told("Tangent", 0, direction_type="RADIAL"),
-}
 BENT = "displaced and bent"
 # The displaced surface's normal is packed to 0.001, which shows where light grazes it.
 WITHIN = {BENT: 0.98, "Reflection": 0.97}
@@ -260,10 +235,6 @@ def _thorough(*values: Any) -> Any:
 )
 def test_every_option(export, cycles_mean, device, subject, shader) -> None:
     all_alike(CASES, subject, shader, export, cycles_mean, device)
-
-
-def test_what_nodes_tell_of_a_displaced_surface(export, cycles_mean, device) -> None:
-    all_alike(TOLD, ball, "emission", export, cycles_mean, device)
 
 
 def all_alike(

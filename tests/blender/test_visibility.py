@@ -150,10 +150,11 @@ def test_emission_that_shadow_rays_do_not_find(export, kind: str, hidden: str) -
 
 
 @pytest.mark.parametrize(
-    ("ray", "roughness", "count"), [("glossy", 0.2, 1), ("glossy", 0.0, 0), ("diffuse", 0.2, 0)]
+    ("ray", "roughness", "count"),
+    [("glossy", 0.2, 1), ("transmission", 0.2, 1), ("glossy", 0.0, 0), ("diffuse", 0.2, 0)],
 )
 def test_lamps_that_rough_glass_shows_in_cycles(export, ray, roughness, count) -> None:
-    """Shadow rays to it find those that are hidden from glossy rays."""
+    """Shadow rays of it find those that are hidden from glossy rays or those of transmission."""
     setattr(add_light("Lamp", "AREA"), f"visible_{ray}", False)
     material = shader_material("ShaderNodeBsdfGlass", Roughness=roughness)
     add_mesh("Pane").data.materials.append(material)

@@ -61,10 +61,10 @@ def switched(tree: bpy.types.NodeTree, output: str) -> None:
     ("output", "second", "status"),
     [
         ("Is Camera Ray", {"camera"}, "exact"),
-        ("Is Glossy Ray", {*FOUND_BY} - {"camera", "diffuse"}, "exact"),
-        ("Is Transmission Ray", {"transmission", "passing"}, "approximated"),
+        ("Is Glossy Ray", {*FOUND_BY} - {"camera", "diffuse", "translucent"}, "exact"),
+        ("Is Transmission Ray", {"transmission", "translucent", "passing"}, "approximated"),
         ("Is Reflection Ray", {"diffuse", "glossy", "chains"}, "approximated"),
-        ("Is Diffuse Ray", {"diffuse"}, "approximated"),
+        ("Is Diffuse Ray", {"diffuse", "translucent"}, "approximated"),
         ("Ray Length", set(), "approximated"),
     ],
 )
@@ -103,7 +103,8 @@ def test_ray_visibility(scene, export) -> None:
     assert export()[0].lights[0].found_by == FOUND_BY[1:]
     scene.world.cycles_visibility.camera = True
     scene.world.cycles_visibility.glossy = False
-    assert export()[0].lights[0].found_by == ("camera", "diffuse", "transmission", "passing")
+    found = ("camera", "diffuse", "transmission", "translucent", "passing")
+    assert export()[0].lights[0].found_by == found
     scene.world.cycles_visibility.transmission = False
     assert export()[0].lights[0].found_by == ("camera", "diffuse")
 
@@ -121,6 +122,18 @@ def test_a_world_that_some_rays_do_not_find(
     finish(tree, add_node(tree, "ShaderNodeBackground", Color=(0.9, 0.9, 0.9, 1.0)))
     for name in hidden:
         setattr(scene.world.cycles_visibility, name, False)
+    as_cycles_shows_a_ball(scene, export, cycles_mean, device, kind, roughness)
+
+
+@pytest.mark.parametrize("kind", ["Glass", "Translucent", "Diffuse"])
+@pytest.mark.parametrize("output", ["Is Glossy Ray", "Is Transmission Ray", "Is Diffuse Ray"])
+def test_a_ball_in_a_world_by_light_path(scene, export, cycles_mean, device, kind, output) -> None:
+    switched(new_world(scene), output)
+    as_cycles_shows_a_ball(scene, export, cycles_mean, device, kind, None)
+
+
+def as_cycles_shows_a_ball(scene, export, cycles_mean, device, kind, roughness) -> None:
+    """Of one BSDF, in its middle."""
     bpy.ops.mesh.primitive_uv_sphere_add(segments=32, ring_count=16)
     material, tree = new_material()
     given = {} if roughness is None else {"Roughness": roughness}

@@ -160,6 +160,19 @@ def test_a_background_becomes_a_world(file: Path) -> None:
     assert "world" not in {light.kind for light in Scene.load(file).lights}
 
 
+@pytest.mark.parametrize("version", [3, 5])
+def test_before_what_lets_through_was_told_apart(file: Path, version: int) -> None:
+    """Until version 5 rays through glass found what reflected ones did."""
+
+    def change(_: dict[str, Any], header: dict[str, Any]) -> None:
+        header.update(version=version)
+        header["lights"][0]["found_by"] = ["glossy", "chains"]
+
+    edit(file, change)
+    found = {"glossy", "transmission", "chains", "passing"}
+    assert {*Scene.load(file).lights[0].found_by} == found
+
+
 def test_a_bad_value_of_version_1(file: Path) -> None:
     def change(_: Any, header: dict[str, Any]) -> None:
         as_version_1(header)

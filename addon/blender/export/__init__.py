@@ -9,13 +9,13 @@ from functools import partial
 import bpy
 import numpy as np
 
-from ...photon.scene import Camera, Image, Light, Scene
+from ...photon.scene import Camera, Image, Scene
 from .camera import View, export_camera
 from .caustics import caustics_of, note_casters
 from .dicing import dicing_of
 from .geometry import Geometry
 from .graph import Context
-from .lights import export_light, seen
+from .lights import Lamps
 from .materials import MaterialTable
 from .motion import FrameSet, Shutter, Views
 from .report import Entry, Notes, Report
@@ -83,8 +83,8 @@ def _snapshot(
     holders = tuple(holder for holder in (view_layer, scene, world) if holder)
     context = Context(camera=View(camera), holders=holders)
     materials = MaterialTable(notes, model, view_layer.material_override, context, textures)
-    lights: list[Light] = []
     images: list[Image] = []
+    lamps = Lamps(images, notes)
     # Render depsgraphs hold no hidden objects, the viewport's do.
     viewport = depsgraph.mode == "VIEWPORT"
     geometry = Geometry(viewport, scene.frame_current, view_layer.use_solid, view_layer.use_strand)
@@ -93,24 +93,23 @@ def _snapshot(
         if (viewport and obj.hide_render) or not (instance.show_self or instance.show_particles):
             continue
         matrix = np.array(instance.matrix_world, np.float64)
+        visible, group = visible_bits(instance, layer), group_of_instance(instance, layer)
         if obj.type == "LIGHT" and instance.show_self:
-            group = group_of_instance(instance, layer)
-            found = export_light(instance, matrix, visible_bits(instance, layer), images, notes)
-            lights += [replace(x, group=group) for x in found]
+            lamps.add(instance, matrix, visible, group)
         elif obj.type != "LIGHT":
             follow = partial(tracks.moving, instance, matrix) if tracks else None
             dicing = dicing_of(obj, scene, matrix)
-            group = group_of_instance(instance, layer)
-            rays = Rays(visible_bits(instance, layer), group, terminator_of(obj), dicing)
+            rays = Rays(visible, group, terminator_of(obj), dicing)
             geometry.add(instance, matrix, rays, materials, notes, follow)
     group = group_of(world.lightgroup, layer) if world else ""
-    context, is_shown = replace(context, attributes=[]), not scene.render.film_transparent
+    context = replace(context, attributes=[])
+    is_shown = not scene.render.film_transparent
     from_world, air = export_world(world, images, notes, context, is_shown)
-    lights = seen(lights) + [replace(x, group=group) for x in from_world]
+    lights = (*lamps.as_the_eye_sees(), *(replace(x, group=group) for x in from_world))
     arrays = geometry.arrays(materials.materials)
     exported = Scene(
         camera=camera,
-        lights=tuple(lights),
+        lights=lights,
         materials=tuple(materials.materials),
         surfaces=tuple(geometry.surfaces),
         images=tuple(images),

@@ -23,11 +23,11 @@ def bump_of(graph: Graph, output: bpy.types.Node, material: bpy.types.Material) 
     method = material.displacement_method
     if method == "DISPLACEMENT" or not is_given(output.inputs[SOCKET], ()):
         return None
-    if method == "BOTH":
-        if bpy.app.version < (5, 0):
-            what = "the bump is as Blender 5.0 makes it"
-            graph.notes.approximated(graph.owner, "Displacement and Bump", what)
-        graph = replace(graph, undisplaced=True, _known={}, _reading=[])
+    if method == "BOTH" and bpy.app.version < (5, 0):
+        what = "the bump is as Blender 5.0 makes it"
+        graph.notes.approximated(graph.owner, "Displacement and Bump", what)
+    # What shaders ask of the same nodes afterwards is of the normal that it makes.
+    graph = replace(graph, undisplaced=method == "BOTH", _known={}, _reading=[])
     return bump_of_displacement(graph, output.inputs[SOCKET])
 
 

@@ -26,7 +26,7 @@ def note_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, notes: N
     """Write down scene-wide features that are not simulated."""
     name, cycles = f"Scene '{scene.name}'", getattr(scene, "cycles", None)
     rolling = getattr(cycles, "rolling_shutter_type", "NONE") != "NONE"
-    if scene.render.use_motion_blur and rolling:
+    if scene.render.use_motion_blur and view_layer.use_motion_blur and rolling:
         notes.ignored(name, "Rolling Shutter", "all rows are exposed at once")
     if getattr(getattr(scene, "eevee", None), "use_overscan", False):
         notes.ignored(name, "Overscan", "it is EEVEE's")

@@ -72,9 +72,10 @@ def terminator_of(obj: bpy.types.Object) -> float:
 
 def note_rays(scene: Scene, notes: Notes) -> None:
     """Write down which lights Cycles' shadow rays find and rays of a lobe do not, or the other way
-    round: those it weighs as if both did. Shadow rays to rough glass find lamps that are hidden
-    from glossy rays or those of transmission, and to Translucent BSDFs no emissive objects that are
-    from diffuse rays; those to the world pass what diffuse rays meet, and meet what these pass."""
+    round: those it weighs as if both did. Shadow rays of rough glass find lamps that are hidden
+    from glossy rays or from those of transmission. Those of Translucent BSDFs find no emissive
+    objects that are hidden from diffuse rays. Those to the world pass what diffuse rays meet, and
+    meet what these pass."""
     kinds = [lobe_kinds()[x.kind] for m in scene.materials for x in m.lobes if x.reflects]
     if any(kind.is_two_sided and not kind.is_diffuse for kind in kinds):
         for light in scene.lights:

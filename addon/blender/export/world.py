@@ -12,6 +12,7 @@ from ...photon.scene import (
     FOUND_BY,
     MOST_BOUNCES,
     NO_MEDIUM,
+    RAYS,
     RGB,
     Image,
     Light,
@@ -22,6 +23,7 @@ from ...photon.scene import (
     world_light,
 )
 from .graph import Context
+from .lights.common import found_by
 from .materials import has_nodes
 from .nodes import graph_of
 from .radiance import ONE, Factor, Sum, radiance
@@ -51,24 +53,24 @@ def export_world(
         total = Sum(ONE * np.array(world.color[:], np.float64))
     visible = _visible(world)
     lights = [
-        world_light(world.name, colour, found_by)
-        for colour, found_by in _by_factor(total.colour * visible, owner, notes)
+        world_light(world.name, colour, by)
+        for colour, by in _by_factor(total.colour * visible, owner, notes)
     ]
     for name, environment, factor in total.images:
         middle, _, up = map(triple, environment.rows)
         found = _by_factor(factor * visible, owner, notes)
         lights += [
-            environment_light(world.name, len(images), colour, up, middle, found_by)
-            for colour, found_by in found
+            environment_light(world.name, len(images), colour, up, middle, by)
+            for colour, by in found
         ]
         if found:
             images.append(Image(name, environment.pixels))
     if not is_shown:
         visible[FOUND_BY.index("camera")] = 0.0
     lights += [
-        sun_light(world.name, colour, disc.direction, disc.angle, found_by)
+        sun_light(world.name, colour, disc.direction, disc.angle, by)
         for disc, factor in total.discs
-        for colour, found_by in _by_factor(factor * disc.irradiance * visible, owner, notes)
+        for colour, by in _by_factor(factor * disc.irradiance * visible, owner, notes)
     ]
     cycles = getattr(world, "cycles", None)
     bounces = min(getattr(cycles, "max_bounces", MOST_BOUNCES), MOST_BOUNCES)
@@ -95,7 +97,7 @@ def _by_factor(factor: Factor, owner: str, notes: Notes) -> list[tuple[RGB, tupl
 
 
 def _visible(world: bpy.types.World) -> Factor:
-    """(6, 1), of each of FOUND_BY: 0 for those that the world's ray visibility excludes."""
+    """(7, 1), of each of FOUND_BY: 0 for those that the world's ray visibility excludes."""
     flags = getattr(world, "cycles_visibility", None)
-    names = ("camera", "diffuse", "glossy", "transmission", "glossy", "transmission")
-    return np.array([[float(getattr(flags, name, True))] for name in names])
+    found = found_by({name: getattr(flags, name, True) for name in RAYS})
+    return np.array([[float(found[name])] for name in FOUND_BY])

@@ -18,10 +18,11 @@ from .visibility import MOST_BOUNCES
 
 # Half a spread [rad]: a narrower one is as good as parallel.
 LEAST_SPREAD = 1e-3
-# Who may find a light: the eye's rays; shadow rays of diffuse surfaces, of lobes that reflect, and
-# of those that let through; rays that lobes reflect, and those that pass through surfaces.
-FOUND_BY = ("camera", "diffuse", "glossy", "transmission", "chains", "passing")
-LIT = ("diffuse", "glossy", "transmission")  # shadow rays of all kinds
+# Who may find a light: the eye's rays; shadow rays of diffuse surfaces, of lobes that reflect, of
+# those that let through, and of diffuse ones that do; rays that lobes reflect, and those that pass
+# through surfaces.
+FOUND_BY = ("camera", "diffuse", "glossy", "transmission", "translucent", "chains", "passing")
+LIT = FOUND_BY[1:5]  # shadow rays of all kinds
 GLOW = "glow"  # a kind
 
 

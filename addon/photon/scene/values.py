@@ -291,7 +291,7 @@ def _read_light_5(values: dict[str, Any]) -> Light:
 
 
 def _found_by_both(light: Light) -> Light:
-    passing = {"glossy": "transmission", "chains": "passing"}
+    passing = {"diffuse": "translucent", "glossy": "transmission", "chains": "passing"}
     more = (passing[who] for who in light.found_by if who in passing)
     return replace(light, found_by=(*light.found_by, *more))
 

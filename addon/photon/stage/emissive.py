@@ -21,15 +21,17 @@ TRIANGLE = "triangle"  # the kind
 # has 3.1 of it, a square 1, and ten balls in a row, as far apart as they are wide, 0.09.
 ONE_LAMP = 0.3
 EVERYONE = (1 << len(FOUND_BY)) - 1  # finds them
+_OF_LOBES = ("diffuse", "glossy", "transmission")
 # Who finds emissive triangles, if one of these kinds of rays meets their surface: shadow rays are
 # sent for others.
 FINDERS = {
     "camera": ("camera",),
     "diffuse": ("diffuse",),
     "glossy": ("glossy",),
-    "transmission": ("transmission",),
-    "chains": ("diffuse", "glossy", "transmission"),
-    "passing": ("diffuse", "glossy", "transmission"),
+    "transmission": ("glossy",),
+    "translucent": ("diffuse",),
+    "chains": _OF_LOBES,
+    "passing": _OF_LOBES,
 }
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..scene import ALL_RAYS, SUBSURFACE, Light, Material, Result, Scene
+from ..scene import ALL_RAYS, SUBSURFACE, TRANSPARENT, Light, Material, Result, Scene
 from ..settings import Settings
 from .emissive import TRIANGLE, emissive_triangles, emits_for_some_only
 from .gathered import can_gather, gathering_kinds, seen_send_rays, send_rays
@@ -95,7 +95,8 @@ def _of_rays(
     """Whether not all rays meet all surfaces, or find all lights."""
     lobes = [lobe_kinds()[kind] for kind in kinds]
     no_caustics = lacking_caustics(scene, lobes)
-    kinds_of_rays = any(x.is_diffuse for x in lobes), any(x.transmits for x in lobes)
+    sent = [kind for kind in lobes if kind.name != TRANSPARENT]
+    kinds_of_rays = any(x.is_diffuse for x in sent), any(x.transmits for x in sent)
     rays_apart = are_apart(emitting, *kinds_of_rays)
     return {
         "no_caustics": no_caustics,

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import replace
 
 import bpy
@@ -15,9 +15,9 @@ from ....photon.stage.kinds import light_kinds
 from ..attributes import object_record
 from ..report import Notes
 from . import area, point, spot, sun
-from .common import Lamp, limited, note_light, signed
+from .common import Lamp, by_rays, limited, note_light, signed
 
-__all__ = ["export_light", "seen"]
+__all__ = ["Lamps"]
 
 READERS: dict[str, Callable[[Lamp], Light | None]] = {
     "AREA": area.read,
@@ -54,14 +54,38 @@ def export_light(
     return signed(limited(light, obj.data)) if light else ()
 
 
-def seen(lights: Iterable[Light]) -> list[Light]:
-    """The lamps as the eye sees them in Cycles: if rays of lobes meet any, it sees all but suns,
-    whether those meet these or not; else none."""
-    all_of_them, kinds = list(lights), light_kinds()
-    others = [x for x in all_of_them if x.kind != "sun"]
-    if any(x.is_met_by_lobes and kinds[x.kind].is_met(x.parameters) for x in others):
-        return all_of_them
-    return [x if x.kind == "sun" else _unseen(x) for x in all_of_them]
+class Lamps:
+    """The lamps of a scene."""
+
+    def __init__(self, images: list[Image], notes: Notes) -> None:
+        """Those images are appended to that they refer to."""
+        self._images, self._notes = images, notes
+        self._lights: list[Light] = []
+        self._are_met = False
+
+    def add(
+        self,
+        instance: bpy.types.DepsgraphObjectInstance,
+        matrix: NDArray[np.float64],
+        rays: int,
+        group: str,
+    ) -> None:
+        """Read one, placed by `matrix`, visible to these `rays` (bits) and of a light group."""
+        found = export_light(instance, matrix, rays, self._images, self._notes)
+        self._lights += [replace(x, group=group) for x in found]
+        self._are_met |= by_rays(instance.object.data) and any(map(_has_size, found))
+
+    def as_the_eye_sees(self) -> list[Light]:
+        """If rays of lobes may meet any in Cycles, it sees all but suns, whether those may meet
+        these or not; else none."""
+        if self._are_met:
+            return self._lights
+        return [x if x.kind == "sun" else _unseen(x) for x in self._lights]
+
+
+def _has_size(light: Light) -> bool:
+    kind = light_kinds()[light.kind]
+    return light.kind != "sun" and kind.is_met(light.parameters) and any(light.power)
 
 
 def _unseen(light: Light) -> Light:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -98,19 +99,32 @@ def signed(light: Light) -> tuple[Light, ...]:
     return (given, away) if power.max() > 0.0 else (away,)
 
 
+def found_by(visible: Mapping[str, object], by_rays: bool = True) -> dict[str, bool]:
+    """Who finds a light, by the kinds of rays that it is visible to: Cycles asks both kinds of what
+    a diffuse lobe lets through. `by_rays`: whether rays of lobes may meet it."""
+    passes = bool(visible["transmission"])
+    return {
+        "camera": bool(visible["camera"]),
+        "diffuse": bool(visible["diffuse"]),
+        "glossy": bool(visible["glossy"]),
+        "transmission": passes,
+        "translucent": bool(visible["diffuse"]) and passes,
+        "chains": bool(visible["glossy"]) and by_rays,
+        "passing": passes and by_rays,
+    }
+
+
+def by_rays(data: bpy.types.Light) -> bool:
+    """Whether rays of lobes may meet a lamp."""
+    cycles = getattr(data, "cycles", None)
+    return bool(getattr(cycles, "use_multiple_importance_sampling", True))
+
+
 def _found_by(lamp: Lamp) -> tuple[str, ...]:
     """As in Cycles: where its rays are not to find a sun, the eye's are not either."""
-    cycles = getattr(lamp.data, "cycles", None)
-    by_rays = getattr(cycles, "use_multiple_importance_sampling", True)
     visible = {name: lamp.rays & bit for name, bit in RAY_BITS.items()}
-    found = {
-        "camera": visible["camera"] and (by_rays or lamp.data.type != "SUN"),
-        "diffuse": visible["diffuse"],
-        "glossy": visible["glossy"],
-        "transmission": visible["transmission"],
-        "chains": visible["glossy"] and by_rays,
-        "passing": visible["transmission"] and by_rays,
-    }
+    found = found_by(visible, by_rays(lamp.data))
+    found["camera"] &= by_rays(lamp.data) or lamp.data.type != "SUN"
     return tuple(name for name, is_found in found.items() if is_found)
 
 
