@@ -44,7 +44,7 @@ def build(seed: int) -> Any:
         _thing(dice, materials)
     is_lit = world(dice, scene)
     if is_lit and dice.random() < 0.2:
-        setattr(scene.world.cycles_visibility, dice.choice(RAYS[:3]), False)
+        setattr(scene.world.cycles_visibility, dice.choice(RAYS[:4]), False)
     for _ in range(dice.randint(0 if is_lit else 1, 3)):
         _lamp(dice)
     _camera(dice, scene)
@@ -113,7 +113,7 @@ def _lamp(dice: random.Random) -> None:
     lamp.location = _point(dice, 2.5, 2.5, 4.5)
     lamp.rotation_euler = _point(dice, 0.7, -3.0, 3.0)
     data.color = [dice.uniform(0.3, 1.0) for _ in "rgb"]
-    _hide(dice, lamp, RAYS[:3])
+    _hide(dice, lamp, RAYS[:4])
     data.use_shadow = dice.random() < 0.9
     data.energy = dice.uniform(0.5, 4.0) if kind == "SUN" else dice.uniform(50.0, 400.0)
     if kind == "SUN":
