@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -102,6 +102,11 @@ class Light:
     def lights_surfaces(self) -> bool:
         """Whether shadow rays and photons ask for it."""
         return not {*LIT}.isdisjoint(self.found_by)
+
+    @property
+    def unseen(self) -> Light:
+        """The same, which the eye does not see."""
+        return replace(self, found_by=tuple(who for who in self.found_by if who != "camera"))
 
     @property
     def is_met_by_lobes(self) -> bool:

@@ -45,7 +45,7 @@ def takes_of(scene: Scene, is_transparent: bool) -> tuple[Take, ...]:
         return tuple(_lit(scene, "all", scene.light_groups))
     camera = np.uint8(RAY_BITS["camera"])
     bits = scene.visible & ~np.uint8(CATCHER)
-    dark = replace(scene, lights=tuple(filter(_lights, map(_unseen, scene.lights))))
+    dark = replace(scene, lights=tuple(filter(_lights, (x.unseen for x in scene.lights))))
     hidden = bits | np.uint8(HOLDOUT)
     takes = _lit(_seen(scene, np.where(catches, hidden, bits)), "others", scene.light_groups)
     found = [*takes]
@@ -72,11 +72,6 @@ def _catches(scene: Scene) -> NDArray[np.bool_]:
 
 def _seen(scene: Scene, visible: NDArray[np.uint8]) -> Scene:
     return replace(scene, visible=visible.astype(np.uint8))
-
-
-def _unseen(light: Light) -> Light:
-    """The light, which the eye does not see."""
-    return replace(light, found_by=tuple(who for who in light.found_by if who != "camera"))
 
 
 def _lights(light: Light) -> bool:

@@ -80,13 +80,9 @@ class Lamps:
         these or not; else none."""
         if self._are_met:
             return self._lights
-        return [x if x.kind == "sun" else _unseen(x) for x in self._lights]
+        return [x if x.kind == "sun" else x.unseen for x in self._lights]
 
 
 def _has_size(light: Light) -> bool:
     kind = light_kinds()[light.kind]
     return light.kind != "sun" and kind.is_met(light.parameters) and any(light.power)
-
-
-def _unseen(light: Light) -> Light:
-    return replace(light, found_by=tuple(x for x in light.found_by if x != "camera"))

@@ -99,9 +99,9 @@ def signed(light: Light) -> tuple[Light, ...]:
     return (given, away) if power.max() > 0.0 else (away,)
 
 
-def found_by(visible: Mapping[str, object], by_rays: bool = True) -> dict[str, bool]:
+def found_by(visible: Mapping[str, object], is_met: bool = True) -> dict[str, bool]:
     """Who finds a light, by the kinds of rays that it is visible to: Cycles asks both kinds of what
-    a diffuse lobe lets through. `by_rays`: whether rays of lobes may meet it."""
+    a diffuse lobe lets through. `is_met`: whether rays of lobes may meet it."""
     passes = bool(visible["transmission"])
     return {
         "camera": bool(visible["camera"]),
@@ -109,8 +109,8 @@ def found_by(visible: Mapping[str, object], by_rays: bool = True) -> dict[str, b
         "glossy": bool(visible["glossy"]),
         "transmission": passes,
         "translucent": bool(visible["diffuse"]) and passes,
-        "chains": bool(visible["glossy"]) and by_rays,
-        "passing": passes and by_rays,
+        "chains": bool(visible["glossy"]) and is_met,
+        "passing": passes and is_met,
     }
 
 
@@ -123,8 +123,9 @@ def by_rays(data: bpy.types.Light) -> bool:
 def _found_by(lamp: Lamp) -> tuple[str, ...]:
     """As in Cycles: where its rays are not to find a sun, the eye's are not either."""
     visible = {name: lamp.rays & bit for name, bit in RAY_BITS.items()}
-    found = found_by(visible, by_rays(lamp.data))
-    found["camera"] &= by_rays(lamp.data) or lamp.data.type != "SUN"
+    is_met = by_rays(lamp.data)
+    found = found_by(visible, is_met)
+    found["camera"] &= is_met or lamp.data.type != "SUN"
     return tuple(name for name, is_found in found.items() if is_found)
 
 
