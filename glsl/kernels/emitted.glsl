@@ -21,7 +21,7 @@
 float weight_of_chain(Light light, int number, RayOrigin origin, vec3 direction, float density) {
     if (!(density > 0.0)) return 1.0;  // a delta lobe, for which there are no shadow rays
 #ifdef SCATTERING
-    if (density >= ALL_BY_SHADOW_RAYS) return is_found(light, BY_SHADOW_RAYS) ? 0.0 : 1.0;
+    if (density >= ALL_BY_SHADOW_RAYS) return 0.0;  // for places in media there are shadow rays alone
 #endif
 #ifdef TRANSPARENT
     Chain chain = load_chain();  // from where it was sent, before all that it has passed

@@ -32,10 +32,10 @@ const int BY_DIFFUSE = 2;    // shadow rays of diffuse surfaces
 const int BY_GLOSSY = 4;     // shadow rays of lobes that reflect
 const int BY_TRANSMISSION = 8;  // shadow rays of those that let through
 const int BY_TRANSLUCENT = 16;  // shadow rays of diffuse lobes that do
-const int BY_CHAINS = 32;    // rays that lobes reflect
-const int BY_PASSING = 64;   // rays of lobes that pass through a surface
-const int BY_SHADOW_RAYS = BY_DIFFUSE + BY_GLOSSY;  // of either, and of points in media
-const int SOFT_BIT = 128;    // no finder: it is a disc that faces whoever looks
+const int BY_MEDIA = 32;     // shadow rays of places in media
+const int BY_CHAINS = 64;    // rays that lobes reflect
+const int BY_PASSING = 128;  // rays of lobes that pass through a surface
+const int SOFT_BIT = 256;    // no finder: it is a disc that faces whoever looks
 
 // Its strength at a distance over what falls off with the distance squared (table of lights).
 float share_at(Light light, float far) {
@@ -45,7 +45,7 @@ float share_at(Light light, float far) {
     return light.falloff == 2.0 ? share * distance2 : (light.falloff == 1.0 ? share * far : share);
 }
 
-const int GLOW_BIT = 256;    // nor this: it stands for what a medium emits, which rays of lobes find on their way
+const int GLOW_BIT = 512;    // nor this: it stands for what a medium emits, which rays of lobes find on their way
 
 bool is_found(Light light, int by) { return (int(light.found_by) & by) != 0; }
 

@@ -56,7 +56,7 @@ Medium medium_behind(Medium medium, Hit hit, float side) {
 
 // All that it is in together, in the mean, or where they vary at a place; the anisotropy is the mean of what they scatter.
 Interior interior_of(vec2 inside, vec3 place, bool in_the_mean) {
-    Interior all = Interior(vec3(0.0), 0.0, vec3(0.0), 0.0);
+    Interior all = Interior(vec3(0.0), 0.0, vec3(0.0), 0.0, 0.0);
     float turned = 0.0, scattered = 0.0;
     for (int i = 0; i < MOST_MEDIA && inside != vec2(0.0); i++) {
         float number = medium_number(inside, i);

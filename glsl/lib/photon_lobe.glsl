@@ -117,7 +117,7 @@ void scatter_by_lobe(inout Leaving leaving, LobeSample by, PhotonPoint point, fl
     if (dot(by.direction, geometric) < 0.0) finder = leaving.by_specular ? BY_TRANSMISSION : BY_TRANSLUCENT;
 #endif
 #ifdef SCATTERING
-    if (is_phase(by.lobe)) finder = BY_SHADOW_RAYS;
+    if (is_phase(by.lobe)) finder = BY_MEDIA;
 #endif
     leaving.photon.flux *= share_of_arrival(load_origin(), point.place.position, finder);
 #endif

@@ -6,8 +6,15 @@
 Medium medium_towards(vec3 direction) {
     Medium medium = load_medium();
     Facing facing = load_facing();
+    bool goes_behind = dot(direction, facing.normal) < 0.0;
 #ifdef SCATTERING
-    if (is_in_medium(load_place())) return medium;
+    goes_behind = goes_behind && !is_in_medium(load_place());
 #endif
-    return dot(direction, facing.normal) < 0.0 ? medium_behind(medium, load_hit(), facing.side) : medium;
+    if (goes_behind) medium = medium_behind(medium, load_hit(), facing.side);
+    vec2 inside = medium.inside;
+    for (int i = 0; i < MOST_MEDIA && inside != vec2(0.0); i++) {
+        float number = medium_number(inside, i);
+        if (number > 0.0 && interior_at(int(number) - 1).unshadowing > 0.0) medium.inside -= at_place(number, i);
+    }
+    return medium;
 }

@@ -143,7 +143,7 @@ vec3 not_of_rays;  // of what eval_lobes gave last, which no ray of a lobe finds
 // the light they do, whatever their lobe is.
 bool is_found_for(Light light, Lobe lobe) {
 #ifdef SCATTERING
-    if (is_phase(lobe)) return is_found(light, BY_SHADOW_RAYS);
+    if (is_phase(lobe)) return is_found(light, BY_MEDIA);
 #endif
     bool transmits = transmits_kind(lobe.kind);
     if (!is_diffuse_kind(lobe.kind)) return is_found(light, transmits ? BY_GLOSSY + BY_TRANSMISSION : BY_GLOSSY);

@@ -50,5 +50,5 @@ Interior varied(Interior mean, vec3 place) {
     Grid grid = grid_at(int(mean.grid) - 1);
     vec3 lost = voxel_between(grid, mean.grid, place, false);
     vec3 scattered = voxel_between(grid, mean.grid, place, true);
-    return Interior(mean.extinction * lost, mean.anisotropy, mean.scattering * scattered, mean.grid);
+    return Interior(mean.extinction * lost, mean.anisotropy, mean.scattering * scattered, mean.grid, mean.unshadowing);
 }

@@ -63,7 +63,7 @@ def test_point_with_radius(export, soft) -> None:
     assert ("Light 'Point'", "Point light") in reported(report, "exact")
 
 
-LIT = ("diffuse", "glossy", "transmission", "translucent")
+LIT = ("diffuse", "glossy", "transmission", "translucent", "media")
 EVERYONE = ("camera", *LIT, "chains", "passing")
 
 
@@ -73,10 +73,15 @@ EVERYONE = ("camera", *LIT, "chains", "passing")
         ((), True, EVERYONE),
         ((), False, LIT),
         (("camera",), True, EVERYONE[1:]),
-        (("diffuse",), True, ("camera", "glossy", "transmission", "chains", "passing")),
-        (("glossy",), True, ("camera", "diffuse", "transmission", "translucent", "passing")),
-        (("transmission",), True, ("camera", "diffuse", "glossy", "chains")),
-        (("glossy", "transmission"), True, ("camera", "diffuse")),
+        (("diffuse",), True, ("camera", "glossy", "transmission", "media", "chains", "passing")),
+        (
+            ("glossy",),
+            True,
+            ("camera", "diffuse", "transmission", "translucent", "media", "passing"),
+        ),
+        (("transmission",), True, ("camera", "diffuse", "glossy", "media", "chains")),
+        (("glossy", "transmission"), True, ("camera", "diffuse", "media")),
+        (("volume_scatter",), True, ("camera", *LIT[:-1], "chains", "passing")),
     ],
 )
 def test_who_finds_it(export, hidden, by_rays, found_by) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from addon.blender.export import SpecularModel
 
-from .build import add_node, features
+from .build import add_node, features, finish, new_material
 from .lobes import (
     BLACK,
     DIFFUSE,
@@ -154,3 +154,21 @@ def test_too_bright_sums_of_ggx(convert) -> None:
     assert glossy.colour == near((1.0,) * 3)
     assert coat.covered == near((1.0,) * 3)
     assert features(report, "approximated") == ["Albedo above 1"]
+
+
+@pytest.mark.parametrize("shader", [DIFFUSE, PRINCIPLED, GLOSSY])
+@pytest.mark.parametrize("is_first", [False, True])
+def test_what_is_transparent_has_no_normal(convert, shader, is_first) -> None:
+    """A leaf cut out by an image keeps its bumps, whatever Transparent weighs."""
+    material, tree = new_material()
+    leaf, clear = add_node(tree, shader), add_node(tree, "ShaderNodeBsdfTransparent")
+    bump = add_node(tree, "ShaderNodeBump", Height=tree.nodes.new("ShaderNodeTexNoise").outputs[0])
+    tree.links.new(bump.outputs[0], leaf.inputs["Normal"])
+    cut = tree.nodes.new("ShaderNodeTexChecker").outputs["Fac"]
+    both = add_node(tree, "ShaderNodeMixShader", Fac=cut)
+    for socket, node in zip(both.inputs[1:], (leaf, clear)[:: 1 if is_first else -1], strict=True):
+        tree.links.new(node.outputs[0], socket)
+    finish(tree, both)
+    found, report = convert(material)
+    assert "normal" in found.varying
+    assert "Different normals" not in features(report, "approximated")

@@ -178,6 +178,16 @@ CASES = [
 ]
 
 
+def look_at_the_floor(scene: bpy.types.Scene) -> None:
+    """By small pictures."""
+    scene.render.resolution_x = scene.render.resolution_y = SIZE
+    scene.camera.location, scene.camera.data.angle = (0, -5, 1.6), 0.7
+    scene.camera.rotation_euler = (math.radians(83), 0, 0)
+    grey = shader_material(DIFFUSE, Color=(0.8, 0.6, 0.4, 1))
+    add_mesh("Floor", scale=(3, 3, 1)).data.materials.append(grey)
+    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 1.0
+
+
 @pytest.mark.thorough("about_all", "in_world", "clouds", "low_fog", "glows", "burns", "-4-")
 @pytest.mark.parametrize(("place", "bounces", "of_mean", "of_block"), CASES)
 def test_pictures(
@@ -192,14 +202,9 @@ def test_pictures(
     of_block: float,
 ) -> None:
     times = 4 if thorough else 1
-    scene.render.resolution_x = scene.render.resolution_y = SIZE
-    scene.camera.location, scene.camera.data.angle = (0, -5, 1.6), 0.7
-    scene.camera.rotation_euler = (math.radians(83), 0, 0)
-    grey = shader_material(DIFFUSE, Color=(0.8, 0.6, 0.4, 1))
-    add_mesh("Floor", scale=(3, 3, 1)).data.materials.append(grey)
+    look_at_the_floor(scene)
     place(scene)
     scene.cycles.volume_bounces = bounces
-    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 1.0
     theirs = cycles_mean(times * 1024, 1)
     exported, _ = export()
     settings = {"width": SIZE, "height": SIZE, "passes": times * 48, "photons": 20000}
@@ -319,6 +324,51 @@ def test_the_world(scene, export) -> None:
     assert exported.air.scattering == pytest.approx((0.5, 0.25, 0.0))
     assert [x.feature for x in report.of("exact") if x.object.startswith("World")][-1] == "Volume"
     assert [x.object for x in report.of("approximated")] == ["Object 'Thing'"]
+
+
+@pytest.mark.parametrize("hidden", [(), ("diffuse", "glossy"), ("scatter",)])
+@pytest.mark.parametrize("kind", ["POINT", "world"])
+def test_lights_that_media_do_not_find(scene, export, cycles_mean, device, kind, hidden) -> None:
+    """Fog in whose ray visibility a light is, and nothing else, and the other way round."""
+    add_mesh("Fog", BALL).data.materials.append(fog(SCATTERS, Density=0.8))
+    if kind == "world":
+        tree = new_world(scene)
+        finish(tree, add_node(tree, "ShaderNodeBackground", Color=(0.5, 0.5, 0.5, 1.0)))
+        scene.world.cycles_visibility.camera = False
+        for name in hidden:
+            setattr(scene.world.cycles_visibility, name, False)
+    else:
+        lamp = add_light("Lamp", kind, energy=500.0, location=(2.0, 0.0, 3.0))
+        for name in hidden:
+            setattr(lamp, "visible_volume_scatter" if name == "scatter" else f"visible_{name}", 0)
+    scene.camera.location.z, scene.camera.data.lens = 5.0, 80.0
+    scene.render.resolution_x = scene.render.resolution_y = 24
+    scene.cycles.volume_bounces = 2
+    shown = cycles_mean(128, 0)[8:16, 8:16, :3].mean()
+    settings = {"width": 24, "height": 24, "passes": 16, "photons": 0, "volume_bounces": 2}
+    ours = render(device, export()[0], **settings)["Combined"][8:16, 8:16, :3].mean()
+    assert (shown > 0.05) == (hidden != ("scatter",))
+    assert ours == pytest.approx(shown, rel=0.04, abs=1e-4)
+
+
+def test_fog_without_shadow(scene, export, cycles_mean, device) -> None:
+    """About all, the eye, too: it dims no lamp, for itself or a thing in it. What it scatters
+    lights no surfaces, which is told."""
+    add_light("Sun", "SUN", energy=2.0, rotation_euler=(0.4, 0.2, 0.0))
+    add_light("Lamp", "POINT", energy=200.0, shadow_soft_size=0.1, location=(1.5, -1, 2))
+    thin = {"Density": 0.15, "Color": (0.9, 0.8, 0.7, 1)}
+    around = add_mesh("Fog", CUBE, scale=(8, 8, 8), visible_shadow=False)
+    around.data.materials.append(fog(SCATTERS, **thin))
+    log = shader_material(DIFFUSE, Color=(0.6, 0.6, 0.6, 1))
+    add_mesh("Log", CUBE, location=(0.3, 0, 0.5), scale=(0.5, 0.2, 0.5)).data.materials.append(log)
+    look_at_the_floor(scene)
+    scene.cycles.max_bounces = 0
+    theirs = cycles_mean(512, 1)[..., :3]
+    exported, report = export()
+    settings = {"width": SIZE, "height": SIZE, "passes": 32, "photons": 0, "mirror_depth": 0}
+    ours = render(device, exported, **settings)["Combined"][..., :3]
+    assert ours.mean(axis=(0, 1)) == pytest.approx(theirs.mean(axis=(0, 1)), rel=0.006)
+    assert [x.object for x in report.of("approximated")] == ["Object 'Fog'"]
 
 
 def test_bounces_are_cycles(scene) -> None:

@@ -61,10 +61,11 @@ def switched(tree: bpy.types.NodeTree, output: str) -> None:
     ("output", "second", "status"),
     [
         ("Is Camera Ray", {"camera"}, "exact"),
-        ("Is Glossy Ray", {*FOUND_BY} - {"camera", "diffuse", "translucent"}, "exact"),
+        ("Is Glossy Ray", {*FOUND_BY} - {"camera", "diffuse", "translucent", "media"}, "exact"),
         ("Is Transmission Ray", {"transmission", "translucent", "passing"}, "approximated"),
         ("Is Reflection Ray", {"diffuse", "glossy", "chains"}, "approximated"),
         ("Is Diffuse Ray", {"diffuse", "translucent"}, "approximated"),
+        ("Is Volume Scatter Ray", {"media"}, "approximated"),
         ("Ray Length", set(), "approximated"),
     ],
 )
@@ -103,9 +104,11 @@ def test_ray_visibility(scene, export) -> None:
     assert export()[0].lights[0].found_by == FOUND_BY[1:]
     scene.world.cycles_visibility.camera = True
     scene.world.cycles_visibility.glossy = False
-    found = ("camera", "diffuse", "transmission", "translucent", "passing")
+    found = ("camera", "diffuse", "transmission", "translucent", "media", "passing")
     assert export()[0].lights[0].found_by == found
     scene.world.cycles_visibility.transmission = False
+    assert export()[0].lights[0].found_by == ("camera", "diffuse", "media")
+    scene.world.cycles_visibility.scatter = False
     assert export()[0].lights[0].found_by == ("camera", "diffuse")
 
 

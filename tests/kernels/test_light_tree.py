@@ -358,3 +358,18 @@ def test_groups_hold_each_light_once(distant: int, near: int, alone: int) -> Non
     assert min(map(len, groups)) > 0 and len(groups) <= MOST_GROUPS
     assert sum(group[0] < distant for group in groups) == alone
     assert all((group < distant).all() or (group >= distant).all() for group in groups)
+
+
+@pytest.mark.parametrize("count", [5120, 1_000_000])
+def test_faint_lights_beside_a_strong_one(count: int) -> None:
+    """Photons start at each, however little of all it sends: float32 sums would skip most."""
+    table = LIGHT.zeros(count + 2)
+    flux = np.full((count + 2, 3), 1e-6 / count)
+    flux[0], flux[-1] = 1.0, 0.0
+    choose_lights(table, flux)
+    assert table["chosen"][1:-1].min() > 0.0 and table["chosen"][-1] == 0.0
+    assert table["chosen"][0] > 0.85
+    assert table["chosen"].sum(dtype=np.float64) == pytest.approx(1.0)
+    evenly = np.full((count + 2, 3), 1.0)
+    choose_lights(table, evenly)
+    assert table["chosen"].min() > 0.5 / count

@@ -160,6 +160,19 @@ def test_a_background_becomes_a_world(file: Path) -> None:
     assert "world" not in {light.kind for light in Scene.load(file).lights}
 
 
+@pytest.mark.parametrize("found", [["diffuse"], ["glossy", "chains"], ["camera", "passing"]])
+def test_before_media_were_told_apart(file: Path, found: list[str]) -> None:
+    """Until version 6 they found what some surface finds that reflects."""
+
+    def change(_: dict[str, Any], header: dict[str, Any]) -> None:
+        header.update(version=6)
+        header["lights"][0]["found_by"] = found
+
+    edit(file, change)
+    more = {"media"} if found[0] != "camera" else set()
+    assert {*Scene.load(file).lights[0].found_by} == {*found} | more
+
+
 @pytest.mark.parametrize("version", [3, 5])
 def test_before_what_lets_through_was_told_apart(file: Path, version: int) -> None:
     """Until version 5 rays through glass found what reflected ones did."""
@@ -169,7 +182,7 @@ def test_before_what_lets_through_was_told_apart(file: Path, version: int) -> No
         header["lights"][0]["found_by"] = ["glossy", "chains"]
 
     edit(file, change)
-    found = {"glossy", "transmission", "chains", "passing"}
+    found = {"glossy", "transmission", "media", "chains", "passing"}
     assert {*Scene.load(file).lights[0].found_by} == found
 
 

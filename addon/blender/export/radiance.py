@@ -23,17 +23,18 @@ from .sky import Disc, has_disc, read_sky
 from .world_coordinates import placed_by
 from .world_nodes import Unsuited, evaluate
 
-Factor = NDArray[np.float64]  # (7, 3), of each of FOUND_BY and each channel
+Factor = NDArray[np.float64]  # (8, 3), of each of FOUND_BY and each channel
 ONE: Factor = np.ones((len(FOUND_BY), 3))
 # What Light Path tells each of FOUND_BY; other outputs are 0 to all. In Cycles a shadow ray is none
 # of these, whatever surface sent it: what it shows then depends on how it draws its samples.
 LIGHT_PATH = {
-    "Is Camera Ray": (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-    "Is Diffuse Ray": (0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0),
-    "Is Glossy Ray": (0.0, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0),
-    "Is Reflection Ray": (0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0),
-    "Is Singular Ray": (0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0),
-    "Is Transmission Ray": (0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 1.0),
+    "Is Camera Ray": (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    "Is Diffuse Ray": (0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0),
+    "Is Glossy Ray": (0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 1.0),
+    "Is Reflection Ray": (0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0),
+    "Is Singular Ray": (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0),
+    "Is Transmission Ray": (0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0),
+    "Is Volume Scatter Ray": (0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0),
 }
 NOBODY = (0.0,) * len(FOUND_BY)
 SAME_IN_CYCLES = {"Is Camera Ray", "Is Glossy Ray"}
@@ -221,7 +222,7 @@ def _is_mix(node: bpy.types.Node) -> bool:
 
 
 def _number(graph: Graph, socket: bpy.types.NodeSocket, scope: Scope) -> Factor:
-    """(7, 1) what an input gives each of FOUND_BY, of a colour (7, 3). Raises _Uneven."""
+    """(8, 1) what an input gives each of FOUND_BY, of a colour (8, 3). Raises _Uneven."""
     found = [_told(graph, socket, scope, at) for at in range(len(FOUND_BY))]
     return np.array([value.colour[: 3 if socket.type == "RGBA" else 1] for value in found])
 
@@ -327,5 +328,5 @@ def _path_tells(output: str, at: int) -> float:
 
 def _note_paths(graph: Graph, asked: set[str]) -> None:
     for name in sorted(asked - SAME_IN_CYCLES):
-        detail = "diffuse surfaces, lobes, what lets through and the camera are told apart"
+        detail = "diffuse surfaces, lobes, what lets through, media and the camera are told apart"
         graph.notes.approximated(graph.owner, f"Light Path's {name}", detail)

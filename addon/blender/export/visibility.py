@@ -33,21 +33,34 @@ def visible_bits(instance: bpy.types.DepsgraphObjectInstance, layer: bpy.types.V
     """Bits of Scene.visible of an object, or of an instance: what its instancer may be seen by,
     too; the collections of a view layer count for the instancer. Of lamps before Blender 4.4 their
     own flags alone count."""
-    obj = instance.object
-    is_alone = obj.type == "LIGHT" and bpy.app.version < (4, 4)
-    placed_by = instance.parent if instance.is_instance and not is_alone else obj
     bits = ALL_RAYS
     for name, bit in RAY_BITS.items():
-        flag = f"visible_{name}"
-        if not (getattr(obj, flag, True) and getattr(placed_by, flag, True)):
+        if not is_visible(instance, name):
             bits &= ~bit
+    obj, placed_by = instance.object, _placed_by(instance)
     in_collections = placed_by.original
     if in_collections.holdout_get(view_layer=layer):
         return bits | HOLDOUT
-    if in_collections.indirect_only_get(view_layer=layer) and not is_alone:
+    if in_collections.indirect_only_get(view_layer=layer) and not _is_alone(obj):
         bits &= ~RAY_BITS["camera"]
     catches = obj.is_shadow_catcher or placed_by.is_shadow_catcher
     return bits | CATCHER if catches and bits & RAY_BITS["camera"] else bits
+
+
+def is_visible(instance: bpy.types.DepsgraphObjectInstance, ray: str) -> bool:
+    """Whether it may be seen by rays of a name, as the objects' properties have it."""
+    flag = f"visible_{ray}"
+    return all(getattr(x, flag, True) for x in (instance.object, _placed_by(instance)))
+
+
+def _placed_by(instance: bpy.types.DepsgraphObjectInstance) -> bpy.types.Object:
+    """Whose flags count for it, too."""
+    obj = instance.object
+    return instance.parent if instance.is_instance and not _is_alone(obj) else obj
+
+
+def _is_alone(obj: bpy.types.Object) -> bool:
+    return obj.type == "LIGHT" and bpy.app.version < (4, 4)
 
 
 def group_of(name: str, layer: bpy.types.ViewLayer) -> str:
@@ -101,17 +114,20 @@ def note_rays(scene: Scene, notes: Notes) -> None:
 
 
 def note_scattered_rays(scene: Scene, depsgraph: bpy.types.Depsgraph, notes: Notes) -> None:
-    """Write down which objects are hidden from rays that media have scattered."""
+    """Write down which objects are hidden from rays that media have scattered, and which media from
+    shadow rays."""
     if not MediaThere.of(scene, scene.materials).scattering:
         return
+    if len(scene.visible):
+        scatter = np.array([material.medium.scatters for material in scene.materials], bool)
+        fogs = np.unique(scene.surface[scatter[scene.material]])
+        shadow, diffuse = RAY_BITS["shadow"], RAY_BITS["diffuse"]
+        what = "no shadow ray loses light in it, but what it scatters lights no surface"
+        _note_surfaces(scene, fogs, shadow | diffuse, diffuse, what, notes)
     for obj in depsgraph.objects:
-        if not getattr(obj, "visible_volume_scatter", True):
+        if obj.type != "LIGHT" and not getattr(obj, "visible_volume_scatter", True):
             what = "what volumes scatter finds it as what diffuse surfaces scatter"
             notes.approximated(f"Object '{obj.name}'", "Ray Visibility", what)
-    world = depsgraph.scene_eval.world
-    if world and not getattr(getattr(world, "cycles_visibility", None), "scatter", True):
-        what = "it lights what volumes scatter"
-        notes.approximated(f"World '{world.name}'", "Ray Visibility", what)
 
 
 def _note_surfaces(

@@ -97,7 +97,7 @@ def _by_factor(factor: Factor, owner: str, notes: Notes) -> list[tuple[RGB, tupl
 
 
 def _visible(world: bpy.types.World) -> Factor:
-    """(7, 1), of each of FOUND_BY: 0 for those that the world's ray visibility excludes."""
+    """(8, 1), of each of FOUND_BY: 0 for those that the world's ray visibility excludes."""
     flags = getattr(world, "cycles_visibility", None)
-    found = found_by({name: getattr(flags, name, True) for name in RAYS})
+    found = found_by({name: getattr(flags, name, True) for name in (*RAYS, "scatter")})
     return np.array([[float(found[name])] for name in FOUND_BY])

@@ -198,10 +198,17 @@ INSTRUCTION = Record(
     },
 )
 # A medium: what light loses in it, and what of that it scatters on [1 / scene units]; the mean
-# cosine of that to straight on.
+# cosine of that to straight on; which GRID is its, plus one, or 0; unshadowing 1: shadow rays do
+# not meet what it is in.
 INTERIOR = Record(
     "Interior",
-    {"extinction": "vec3", "anisotropy": "float", "scattering": "vec3", "grid": "float"},
+    {
+        "extinction": "vec3",
+        "anisotropy": "float",
+        "scattering": "vec3",
+        "grid": "float",
+        "unshadowing": "float",
+    },
 )
 # What a medium has in a box [scene units], over its mean, at places between which it goes evenly:
 # how many along each axis, and how many a scene unit; which VOXEL is the first of extinction, and

@@ -19,10 +19,20 @@ from .visibility import MOST_BOUNCES
 # Half a spread [rad]: a narrower one is as good as parallel.
 LEAST_SPREAD = 1e-3
 # Who may find a light: the eye's rays; shadow rays of diffuse surfaces, of lobes that reflect, of
-# those that let through, and of diffuse ones that do; rays that lobes reflect, and those that pass
-# through surfaces.
-FOUND_BY = ("camera", "diffuse", "glossy", "transmission", "translucent", "chains", "passing")
-LIT = FOUND_BY[1:5]  # shadow rays of all kinds
+# those that let through, and of diffuse ones that do, of places in media; rays that lobes reflect,
+# and those that pass through surfaces.
+FOUND_BY = (
+    "camera",
+    "diffuse",
+    "glossy",
+    "transmission",
+    "translucent",
+    "media",
+    "chains",
+    "passing",
+)
+SURFACES = FOUND_BY[1:5]  # shadow rays of these
+LIT = FOUND_BY[1:6]  # shadow rays of all kinds
 GLOW = "glow"  # a kind
 
 
@@ -100,8 +110,21 @@ class Light:
 
     @property
     def lights_surfaces(self) -> bool:
+        """Whether shadow rays of surfaces find it."""
+        return not {*SURFACES}.isdisjoint(self.found_by)
+
+    @property
+    def is_asked(self) -> bool:
         """Whether shadow rays and photons ask for it."""
         return not {*LIT}.isdisjoint(self.found_by)
+
+    def where_media(self, scatter: bool) -> Light:
+        """The same where media `scatter` light. Where none does it is as if those found it that
+        some surfaces find, so that nobody asks for what is in vain, or tells apart what is one."""
+        if scatter:
+            return self
+        found = {*self.found_by} - {"media"} | ({"media"} if self.lights_surfaces else set())
+        return replace(self, found_by=tuple(who for who in FOUND_BY if who in found))
 
     @property
     def unseen(self) -> Light:

@@ -75,7 +75,7 @@ def _seen(scene: Scene, visible: NDArray[np.uint8]) -> Scene:
 
 
 def _lights(light: Light) -> bool:
-    return light.lights_surfaces or light.is_met_by_lobes
+    return light.is_asked or light.is_met_by_lobes
 
 
 def _lit(scene: Scene, part: Part, groups: tuple[str, ...]) -> Iterator[Take]:

@@ -20,14 +20,14 @@ from .camera import Camera
 from .checks import BLACK, check_finite
 from .displacement import Displacement
 from .images import Image, Texture
-from .lights import LIT, Light, point_light, spot_light, world_light
+from .lights import FOUND_BY, LIT, Light, point_light, spot_light, world_light
 from .materials import Lobe, Material, phong
 from .media import NO_MEDIUM, Medium
 from .moving import ARRAYS, Moving, check_moving
 from .programs import Program, read_program, read_varying
 from .visibility import ALL_RAYS, CATCHER, CAUSTICS, HOLDOUT
 
-SNAPSHOT_VERSION = 6
+SNAPSHOT_VERSION = 7
 TERMINATOR = 0.1  # of Scene.terminators, as Blender has it of new objects ("Geometry Offset")
 
 
@@ -285,6 +285,16 @@ def _read_light(values: dict[str, Any]) -> Light:
     return Light(**values | {"parameters": _tuples(values["parameters"]), "profile": profile})
 
 
+def _read_light_6(values: dict[str, Any]) -> Light:
+    """Before media were told from surfaces that reflect."""
+    return _found_by_media(_read_light(values))
+
+
+def _found_by_media(light: Light) -> Light:
+    found = set(light.found_by)
+    return light if found.isdisjoint(("diffuse", "glossy")) else _found_by(light, "media")
+
+
 def _read_light_5(values: dict[str, Any]) -> Light:
     """Before what lets through was told from what reflects."""
     return _found_by_both(_read_light(values))
@@ -293,7 +303,11 @@ def _read_light_5(values: dict[str, Any]) -> Light:
 def _found_by_both(light: Light) -> Light:
     passing = {"diffuse": "translucent", "glossy": "transmission", "chains": "passing"}
     more = (passing[who] for who in light.found_by if who in passing)
-    return replace(light, found_by=(*light.found_by, *more))
+    return _found_by_media(_found_by(light, *more))
+
+
+def _found_by(light: Light, *more: str) -> Light:
+    return replace(light, found_by=tuple(x for x in FOUND_BY if x in {*light.found_by, *more}))
 
 
 def _read_light_3(values: dict[str, Any]) -> Light:
@@ -328,7 +342,8 @@ _READERS: dict[int, tuple[Callable[..., Light], Callable[..., Material]]] = {
     3: (_read_light_3, _read_material),
     4: (_read_light_5, _read_material),
     5: (_read_light_5, _read_material),
-    6: (_read_light, _read_material),
+    6: (_read_light_6, _read_material),
+    7: (_read_light, _read_material),
 }
 
 

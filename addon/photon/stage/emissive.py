@@ -30,6 +30,7 @@ FINDERS = {
     "glossy": ("glossy",),
     "transmission": ("glossy",),
     "translucent": ("diffuse",),
+    "media": ("diffuse", "glossy"),
     "chains": _OF_LOBES,
     "passing": _OF_LOBES,
 }

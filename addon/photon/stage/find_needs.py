@@ -40,7 +40,7 @@ def find_needs(
     kinds = {kind for of_one in lobes for kind in of_one}
     broad = any(not lobe_kinds()[kind].is_delta for kind in kinds)
     emissive = len(emissive_triangles(scene, mesh)) > 0
-    lighting = emissive or any(light.lights_surfaces for light in emitting)
+    lighting = emissive or any(light.is_asked for light in emitting)
     asked = lighting and (diffuse or broad) and not settings.direct_by_photons
     gathered = lighting and can_gather(scene, settings, materials)
     seen = gathered and seen_send_rays(scene, settings, materials)
@@ -126,7 +126,7 @@ def _programs_of(
 
 def _of_lights(scene: Scene, mesh: Mesh, emitting: tuple[Light, ...]) -> dict[str, Any]:
     """What hangs on the lamps that emit, and on emissive meshes, alone."""
-    for_some = any(light.cares_who_is_lit for light in emitting if light.lights_surfaces)
+    for_some = any(light.cares_who_is_lit for light in emitting if light.is_asked)
     return {
         "profiles": any(light.profile for light in emitting),
         "gobos": any(light.gobo is not None for light in emitting),

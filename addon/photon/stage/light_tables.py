@@ -24,10 +24,14 @@ from .environments import Place
 from .geometry import Frame, Mesh
 from .kinds import WATTS, light_kinds, order
 from .light_tree import AskedLights, Bounds, light_tree
-from .media import from_afar
+from .media import MediaThere, from_afar
 from .profiles import mean_of
 from .switches import light_defines, made_lights
 from .upload import Textures, texels_of, upload_table
+
+
+LEAST_SHARE = 2.0**-22  # of photons that start at a light: sums below 1 are multiples of 2^-24
+MOST_BY_LEAST = 0.1  # of photons, at lights of that share in all
 
 
 def is_seen(light: Light) -> bool:
@@ -88,7 +92,12 @@ def choose_lights(table: NDArray[Any], flux: NDArray[Any]) -> None:
 
 
 def set_shares(table: NDArray[Any], shares: NDArray[np.float64]) -> None:
-    """Let photons start at the lights of a table with these probabilities."""
+    """Let photons start at the lights of a table with these probabilities, or a little more where
+    float32 would tell less than LEAST_SHARE from none: such a light, too, shall be found."""
+    least = min(LEAST_SHARE, MOST_BY_LEAST / len(shares))
+    if (shares[shares > 0.0] < least).any():
+        shares = np.where(shares > 0.0, np.maximum(shares, least), 0.0)
+        shares = shares / shares.sum()
     table["cdf"] = np.minimum(np.cumsum(shares), 1.0)
     last = np.flatnonzero(shares)[-1]
     table["cdf"][last:] = 1.0
@@ -203,7 +212,9 @@ def lights_of(
 ) -> tuple[tuple[Light, ...], NDArray[Any]]:
     """The lamps that emit, distant ones first, then by kind, and of each those that are seen first;
     and the table of LIGHT, one at least: theirs and that of triangles."""
-    lamps = tuple(sorted(from_afar(scene.emitters, scene.air), key=_rank))
+    scatter = MediaThere.of(scene, scene.materials).scattering
+    left = (x.where_media(scatter) for x in from_afar(scene.emitters, scene.air))
+    lamps = tuple(sorted((lamp for lamp in left if lamp.found_by), key=_rank))
     bounds = float(np.linalg.norm(mesh.extent))
     of_mesh = triangle_lights(scene, mesh, emission)
     if not lamps and not len(of_mesh):
@@ -213,7 +224,7 @@ def lights_of(
     shines = (flux[: len(lamps)] > 0.0).any(axis=1)  # a cone without width does not
     if not bounds:  # nothing is lit
         shines |= [light_kinds()[lamp.kind].is_distant for lamp in lamps]
-    flux[: len(lamps)] *= np.array([[lamp.lights_surfaces] for lamp in lamps]).reshape(-1, 1)
+    flux[: len(lamps)] *= np.array([[lamp.is_asked] for lamp in lamps]).reshape(-1, 1)
     kept = np.concatenate([shines, np.ones(len(of_mesh), bool)])
     lamps = tuple(lamp for lamp, is_on in zip(lamps, shines, strict=True) if is_on)
     of_lamps = light_table(lamps, frame, bounds, places)  # their profiles lie one after the other

@@ -83,6 +83,12 @@ class Media:
             absorbed, scattered, _ = scale * medium.coefficients
             row["scattering"], row["extinction"] = scattered, scattered + absorbed
             row["anisotropy"] = medium.anisotropy
+        if len(scene.visible):
+            shadowing = scene.visible[scene.surface] & RAY_BITS["shadow"] > 0
+            shown = self.of_materials[np.unique(scene.material[shadowing])]
+            met = {*range(1, 1 + self.air), *shown.tolist()}
+            hidden = [number not in met for number in range(1, 1 + len(there))]
+            self.table["unshadowing"][: len(there)] = hidden
         varying = [number for number, medium in enumerate(there) if medium.grid]
         grids = _GridTables.of([there[x] for x in varying], frame)
         self.grids, self.voxels = grids.grids, grids.voxels

@@ -14,6 +14,7 @@ from ....photon.scene import Image, Light
 from ....photon.stage.kinds import light_kinds
 from ..attributes import object_record
 from ..report import Notes
+from ..visibility import is_visible
 from . import area, point, spot, sun
 from .common import Lamp, by_rays, limited, note_light, signed
 
@@ -37,7 +38,8 @@ def export_light(
     """Return the light placed by `matrix` and visible to these `rays` (bits), two if it takes light
     away and gives some; none if it is left out. Images that it refers to are appended."""
     obj, record = instance.object, object_record(instance, matrix)
-    lamp = Lamp(obj, matrix, record, f"Light '{obj.name}'", rays, notes, images)
+    scatters = is_visible(instance, "volume_scatter")
+    lamp = Lamp(obj, matrix, record, f"Light '{obj.name}'", rays, scatters, notes, images)
     if obj.data.type not in READERS:
         notes.ignored(lamp.owner, f"{obj.data.type.capitalize()} light", "it is left out")
         return ()

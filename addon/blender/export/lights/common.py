@@ -30,6 +30,7 @@ class Lamp:
     record: NDArray[np.float64]  # (6, 4) as of Scene.objects
     owner: str  # "Light 'Sun'"
     rays: int  # bits of those that it is visible to
+    scatters: bool  # it lights places in media
     notes: Notes
     images: list[Image]  # of the scene, to which its own are added
 
@@ -109,6 +110,7 @@ def found_by(visible: Mapping[str, object], is_met: bool = True) -> dict[str, bo
         "glossy": bool(visible["glossy"]),
         "transmission": passes,
         "translucent": bool(visible["diffuse"]) and passes,
+        "media": bool(visible["scatter"]),
         "chains": bool(visible["glossy"]) and is_met,
         "passing": passes and is_met,
     }
@@ -123,6 +125,7 @@ def by_rays(data: bpy.types.Light) -> bool:
 def _found_by(lamp: Lamp) -> tuple[str, ...]:
     """As in Cycles: where its rays are not to find a sun, the eye's are not either."""
     visible = {name: lamp.rays & bit for name, bit in RAY_BITS.items()}
+    visible["scatter"] = lamp.scatters
     is_met = by_rays(lamp.data)
     found = found_by(visible, is_met)
     found["camera"] &= is_met or lamp.data.type != "SUN"

@@ -8,11 +8,12 @@ from dataclasses import replace
 import bpy
 import numpy as np
 
+from ....photon.scene import TRANSPARENT
 from ..graph import Graph
 from ..links import Scope, linked
 from ..nodes.attributes import smooth
 from ..programs import Value
-from .bsdf import Bsdf
+from .bsdf import Bsdf, ShaderLobe
 
 
 def with_normal(graph: Graph, node: bpy.types.Node, scope: Scope, bsdf: Bsdf) -> Bsdf:
@@ -41,12 +42,18 @@ def about_one_normal(graph: Graph, first: Bsdf, second: Bsdf) -> tuple[Bsdf, Bsd
 
 
 def _reflects(bsdf: Bsdf) -> bool:
-    return bool(bsdf.lobes) or bsdf.diffuse.may_exceed(0.0)
+    return bool(_turned(bsdf)) or bsdf.diffuse.may_exceed(0.0)
+
+
+def _turned(bsdf: Bsdf) -> list[ShaderLobe]:
+    """Those of its lobes to which it matters how the normal is turned."""
+    return [lobe for lobe in bsdf.lobes if lobe.kind != TRANSPARENT]
 
 
 def _weight(bsdf: Bsdf) -> float:
     """About how much it reflects; half of what it may, where it varies."""
-    lobes = [(x.weight, x.colour) for x in bsdf.lobes] + [(x.weight, x.covered) for x in bsdf.lobes]
+    turned = _turned(bsdf)
+    lobes = [(x.weight, x.colour) for x in turned] + [(x.weight, x.covered) for x in turned]
     return _mean(bsdf.diffuse) + sum(_mean(weight) * _mean(colour) for weight, colour in lobes)
 
 
