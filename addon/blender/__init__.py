@@ -7,7 +7,7 @@ import atexit
 
 import bpy
 
-from . import panels, properties, visibility_panels
+from . import cycles_panels, panels, properties, visibility_panels
 from .engine import PhotonStreamEngine
 from .session import SESSION
 
@@ -18,6 +18,7 @@ def register() -> None:
     bpy.utils.register_class(PhotonStreamEngine)
     panels.register()
     visibility_panels.register()
+    cycles_panels.register()
     atexit.register(_leave)
 
 
@@ -27,6 +28,7 @@ def unregister() -> None:
     SESSION.close()
     if not PhotonStreamEngine.is_registered:  # the command line has replaced this copy by its own
         return
+    cycles_panels.unregister()
     visibility_panels.unregister()
     panels.unregister()
     bpy.utils.unregister_class(PhotonStreamEngine)

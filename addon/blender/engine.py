@@ -78,6 +78,7 @@ LIGHTING = {
 }
 # As Cycles has them, in the space of the world.
 DENOISING = [Pass("Denoising Normal", "XYZ", "VECTOR"), Pass("Denoising Albedo", "RGB", "COLOR")]
+NOISY = Pass("Noisy Image", "RGBA", "COLOR", "Combined")  # which compositors denoise by these
 
 
 def passes_of(view_layer: bpy.types.ViewLayer) -> list[Pass]:
@@ -86,10 +87,17 @@ def passes_of(view_layer: bpy.types.ViewLayer) -> list[Pass]:
     own = view_layer.photon_stream
     passes += [entry for flag, entry in COMPONENTS.items() if getattr(own, flag)]
     passes += [entry for flag, entry in (CAUSTICS | LIGHTING).items() if getattr(own, flag)]
-    passes += DENOISING if own.denoising_store_passes else []
+    of_cycles = stores_denoising_data(view_layer)
+    passes += DENOISING if own.denoising_store_passes or of_cycles else []
+    passes += [NOISY] if of_cycles else []
     passes += [Pass(group_name(x.name), "RGB", "COLOR") for x in view_layer.lightgroups]
     passes += [ERROR] if own.use_pass_error else []
     return [*{entry.name: entry for entry in passes}.values()]  # Emission may be there twice
+
+
+def stores_denoising_data(view_layer: bpy.types.ViewLayer) -> bool:
+    """Whether it is to for Cycles."""
+    return bool(getattr(getattr(view_layer, "cycles", None), "denoising_store_passes", False))
 
 
 @dataclass

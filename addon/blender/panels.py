@@ -34,19 +34,22 @@ EXCLUDED = {
     "RENDER_PT_simplify",
     "RENDER_PT_simplify_render",
     "RENDER_PT_simplify_viewport",
-    "RENDER_PT_stereoscopy",
-    "VIEWLAYER_PT_filter",
     "VIEWLAYER_PT_layer_passes",
 }
 # Panels of other engines that serve this one as they are.
 INCLUDED = {
+    "DATA_PT_camera_dof",
+    "DATA_PT_camera_dof_aperture",
     "EEVEE_MATERIAL_PT_context_material",
     "EEVEE_MATERIAL_PT_displacement",
     "EEVEE_MATERIAL_PT_surface",
     "EEVEE_MATERIAL_PT_volume",
     "EEVEE_WORLD_PT_mist",
     "EEVEE_WORLD_PT_surface",
-    "VIEWLAYER_PT_override",
+    "EEVEE_WORLD_PT_volume",
+    "OBJECT_PT_shadow_terminator",
+    "RENDER_PT_stereoscopy",  # to switch it off
+    "VIEWLAYER_PT_filter",
 }
 LABELS = {"shadow_soft_size": {"text": "Radius"}}  # where Blender's own is another engine's
 # What lights of each type have besides their power.
@@ -115,13 +118,7 @@ class RENDER_PT_photon_stream_light_paths(EnginePanel, bpy.types.Panel):
         layout.prop(settings, "photon_bounces")
         switched(layout, settings, "mirror_depth", "Custom Mirror Depth")
         layout.prop(settings, "specular_model")
-        cycles = getattr(context.scene, "cycles", None)  # whose settings it shares
-        if cycles:
-            col = layout.column(align=True)
-            col.prop(cycles, "sample_clamp_direct", text="Clamp Direct")
-            col.prop(cycles, "sample_clamp_indirect", text="Indirect")
-        col = layout.column()
-        col.prop(settings, "direct_by_photons")
+        layout.column().prop(settings, "direct_by_photons")
 
 
 class RENDER_PT_photon_stream_film(EnginePanel, bpy.types.Panel):
@@ -199,6 +196,9 @@ class RENDER_PT_photon_stream_simplify(EnginePanel, bpy.types.Panel):
         col = layout.column(align=True)
         col.prop(render, "simplify_subdivision_render", text="Max Subdivision")
         col.prop(render, "simplify_child_particles_render", text="Max Child Particles")
+        cycles = getattr(context.scene, "cycles", None)  # whose settings it shares
+        if cycles:
+            col.prop(cycles, "texture_limit_render", text="Texture Limit")
 
 
 class RENDER_PT_photon_stream_report(EnginePanel, bpy.types.Panel):

@@ -9,7 +9,8 @@ import bpy
 from ..photon.scene import RAYS
 from .panel import EnginePanel
 
-LIGHT_RAYS = ("camera", "diffuse", "glossy", "transmission")  # that may find lamps
+# What may find lamps.
+LIGHT_RAYS = ("camera", "diffuse", "glossy", "transmission", "volume_scatter")
 # Blender's own list of light groups, by either of its names.
 _NAMES = ("ViewLayerLightgroupsPanelHelper", "ViewLayerLightgroupsPanel")
 _Groups = next(x for x in (getattr(view_layer_panels, y, None) for y in _NAMES) if x)
@@ -25,7 +26,7 @@ class OBJECT_PT_photon_stream_rays(EnginePanel, bpy.types.Panel):
         layout = self.split_layout()
         column = layout.column(heading="Visible to", align=True)
         for ray in LIGHT_RAYS if obj.type == "LIGHT" else RAYS:
-            column.prop(obj, f"visible_{ray}", text=ray.capitalize())
+            column.prop(obj, f"visible_{ray}", text=ray.capitalize().replace("_", " "))
         if obj.type != "LIGHT":
             layout.prop(obj, "is_shadow_catcher")
         _draw_group(layout, obj, context.view_layer)

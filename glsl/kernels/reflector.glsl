@@ -39,7 +39,7 @@ void kernel() {
     vec3 direction = leaving.direction;
     bool leads_on = dot(direction, normal) * dot(direction, leaving.normal) > 0.0;
     if (!leads_on || !(largest(leaving.photon.flux) > 0.0)) skip();
-    store_next_origin(RayOrigin(offset_origin(point.place.position, normal, direction), point.shading.triangle));
+    store_next_origin(origin_after(leaving, point, offset_origin(point.place.position, normal, direction)));
     store_next_direction(RayDirection(direction, t_max_after(ray, leaving.by_specular)));
     store_next_flux(leaving.photon);
     carry_medium(leaving);

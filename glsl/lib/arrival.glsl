@@ -9,6 +9,7 @@ float share_of_arrival(RayOrigin origin, vec3 place, int by) {
     if (!is_from_light(origin)) return 1.0;
     Light light = light_at(light_of(origin));
     if (!is_found(light, by)) return 0.0;
+    if (has_passed(origin)) return 1.0;  // nobody knows how far it has come
     vec3 way = place - origin.position;
     float far = length(way);
     // A disc that faces whoever looks: from nearby, less of it is seen than of what it is from afar.

@@ -16,5 +16,8 @@ float bounces_before() {
 void ask_as_eye_ray() {
     scattered = bounces_before();
     asking = scattered > 0.0 ? GLOSSY_RAY : CAMERA_RAY;
+#ifdef TRANSPARENT
+    come = load_chain().distance;
+#endif
 }
 #endif

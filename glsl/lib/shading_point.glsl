@@ -33,6 +33,7 @@ const vec4 CAMERA_RAY = vec4(1.0, 0.0, 0.0, 0.0), SHADOW_RAY = vec4(0.0, 1.0, 0.
 const vec4 DIFFUSE_RAY = vec4(0.0, 0.0, 1.0, 0.0), GLOSSY_RAY = vec4(0.0, 0.0, 0.0, 1.0);
 vec4 asking = CAMERA_RAY;
 float scattered = 0.0;
+float come = 0.0;  // how far the ray has come that goes on behind what is transparent [scene units]
 
 // Who sees a photon, or is lit by emissive surfaces, does so by a diffuse ray, mostly.
 void ask_as_light() {

@@ -6,5 +6,5 @@
 vec4 run_light_path(vec4 which) {
     int wanted = int(which.x);
     if (wanted < 4) return vec4(vec3(asking[wanted]), 1.0);
-    return vec4(vec3(wanted == 4 ? shading_point.far * world_space().x.x : scattered), 1.0);
+    return vec4(vec3(wanted == 4 ? (come + shading_point.far) * world_space().x.x : scattered), 1.0);
 }

@@ -126,6 +126,21 @@ def test_particles(export, cycles_mean, device, output) -> None:
     compared(export, cycles_mean, device)
 
 
+@pytest.mark.parametrize("output", ["Random", "Size"])
+def test_children_of_particles(export, cycles_mean, device, output) -> None:
+    """Things in place of hair that has children, such as grass: no particle tells of those."""
+    part = add_mesh("Part", CUBE, location=(50.0, 0.0, 0.0))
+    part.data.materials.append(emissive("ShaderNodeParticleInfo", output))
+    emitter = add_mesh("Emitter", scale=(0.7, 0.7, 0.7))
+    emitter.modifiers.new("Grows", "PARTICLE_SYSTEM")
+    settings = emitter.particle_systems[0].settings
+    settings.type, settings.count, settings.hair_length = "HAIR", 8, 0.5
+    settings.render_type, settings.instance_object = "OBJECT", part
+    settings.child_type, settings.rendered_child_count = "SIMPLE", 3
+    settings.particle_size = 0.15
+    compared(export, cycles_mean, device)
+
+
 @pytest.mark.parametrize(
     ("kind", "output"), [("TexCoord", "UV"), ("TexCoord", "Generated"), ("UVMap", "UV")]
 )

@@ -9,7 +9,7 @@ from typing import Any
 import bpy
 import pytest
 
-from addon.blender import panels, visibility_panels
+from addon.blender import cycles_panels, panels, visibility_panels
 
 from .build import add_light, add_mesh
 
@@ -83,3 +83,36 @@ def test_settings_of_materials() -> None:
         panels.MATERIAL_PT_photon_stream_settings, material=bpy.data.materials.new("Material")
     )
     assert shown == ["displacement_method", "use_transparent_shadow"]
+
+
+def test_settings_of_cycles(scene) -> None:
+    """What the engine heeds of them can be set where it is the engine."""
+    of_scene = drawn(cycles_panels.RENDER_PT_photon_stream_bounces, scene=scene)
+    names = [*cycles_panels.BOUNCES, *cycles_panels.CLAMPS, *cycles_panels.CAUSTICS]
+    assert of_scene == names
+    lamp = add_light("Lamp", "AREA")
+    of_lamp = drawn(cycles_panels.DATA_PT_photon_stream_light_settings, light=lamp.data)
+    assert {"use_shadow", "max_bounces", "is_portal"} <= {*of_lamp}
+    of_bulb = add_light("Bulb", "POINT").data
+    assert "is_portal" not in drawn(
+        cycles_panels.DATA_PT_photon_stream_light_settings, light=of_bulb
+    )
+    world = bpy.data.worlds.new("World")
+    of_world = drawn(cycles_panels.WORLD_PT_photon_stream_settings, world=world)
+    assert of_world == [*cycles_panels.WORLD_RAYS, "max_bounces"]
+    of_object = drawn(cycles_panels.OBJECT_PT_photon_stream_motion, object=add_mesh("Thing"))
+    assert "motion_steps" in of_object
+    of_layer = drawn(cycles_panels.VIEWLAYER_PT_photon_stream_override, scene=scene)
+    assert "material_override" in of_layer
+    assert "visible_volume_scatter" in drawn(
+        visibility_panels.OBJECT_PT_photon_stream_rays, object=lamp
+    )
+    for cls in cycles_panels.CLASSES:
+        assert hasattr(bpy.types, cls.__name__)
+
+
+def test_panels_of_blender() -> None:
+    """Depth of field, and the switch that its error names for stereoscopy, are there."""
+    shared = {panel.__name__: panel for panel in panels.shared_panels()}
+    assert {"DATA_PT_camera_dof", "RENDER_PT_stereoscopy", "VIEWLAYER_PT_filter"} <= {*shared}
+    assert all("PHOTON_STREAM" in panel.COMPAT_ENGINES for panel in shared.values())

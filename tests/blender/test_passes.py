@@ -72,6 +72,19 @@ def test_denoising(room, tmp_path) -> None:
     assert not any("denoised" in x for x in SESSION.reports[room.name].warnings)
 
 
+def test_denoising_data_of_cycles(room, tmp_path) -> None:
+    """A file that denoises Cycles' picture in its compositor finds the passes that it is about."""
+    room.view_layers[0].cycles.denoising_store_passes = True
+    passes = render_exr(room, tmp_path / "a.exr")
+    assert {"Denoising Albedo", "Denoising Normal", "Noisy Image"} < passes.keys()
+    np.testing.assert_array_equal(passes["Noisy Image"], passes["Combined"])
+    assert not any("Noisy" in line for line in SESSION.reports[room.name].lines())
+    room.photon_stream.denoise, room.view_layers[0].samples = True, 3
+    render_exr(room, tmp_path / "b.exr")
+    lines = SESSION.reports[room.name].lines()
+    assert any("Noisy Image" in line for line in lines) and any("Samples" in x for x in lines)
+
+
 @pytest.mark.parametrize("falloff", ["QUADRATIC", "LINEAR", "INVERSE_QUADRATIC"])
 def test_mist_and_what_shines_as_in_cycles(room, tmp_path, falloff) -> None:
     """Blender's own passes, which compositors ask for by Cycles' names."""

@@ -7,9 +7,11 @@ from collections.abc import Mapping
 from typing import Any
 
 import bpy
+import numpy as np
 import pytest
 
 from .build import add_node
+from .lobes import DIFFUSE
 from .test_normals import Build, all_alike, ball, displacement
 
 pytestmark = pytest.mark.blender
@@ -60,6 +62,30 @@ def shared(tree: bpy.types.NodeTree, shader: bpy.types.Node) -> None:
     tree.links.new(more.outputs[0], shader.inputs["Color"])
 
 
+def image_on_a_box(tree: bpy.types.NodeTree, shader: bpy.types.Node) -> None:
+    """By the sides that the normal looks to."""
+    displacement("OBJECT")(tree, shader)
+    image = bpy.data.images.new("Colours", 4, 4, float_buffer=True)
+    image.pixels.foreach_set(np.random.default_rng(1).uniform(0.1, 1.0, 64).astype(np.float32))
+    node = add_node(tree, "ShaderNodeTexImage")
+    node.image, node.projection, node.projection_blend = image, "BOX", 0.4
+    place = tree.nodes.new("ShaderNodeTexCoord")
+    tree.links.new(place.outputs["Object"], node.inputs["Vector"])
+    tree.links.new(node.outputs["Color"], shader.inputs["Color"])
+
+
+def no_bevel(tree: bpy.types.NodeTree, shader: bpy.types.Node) -> None:
+    """Of no radius: the normal as it is."""
+    displacement("OBJECT")(tree, shader)
+    node = add_node(tree, "ShaderNodeBevel", Radius=0.0)
+    tree.links.new(node.outputs[0], shader.inputs["Normal"])
+
+
 def test_as_cycles(export, cycles_mean, device) -> None:
     cases = {**TOLD, "half of a map": half_of_a_map, "a shared node": shared}
+    cases["an image on a box"] = image_on_a_box
     all_alike(cases, ball, "emission", export, cycles_mean, device)
+
+
+def test_a_bevel_of_no_radius(export, cycles_mean, device) -> None:
+    all_alike({"bevel": no_bevel}, ball, DIFFUSE, export, cycles_mean, device)

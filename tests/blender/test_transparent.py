@@ -161,3 +161,20 @@ def test_volume_absorption(convert) -> None:
     assert converted.medium.absorption == pytest.approx((0.4, 2.0, 3.2), rel=1e-5)
     assert [lobe.kind for lobe in converted.lobes] == ["glass"]
     assert features(report, "exact") == ["Shader"]
+
+
+def test_the_length_of_rays(scene, export, cycles_mean, device) -> None:
+    """From the eye on, or where a mirror sent it, whatever transparent sheets it has passed."""
+    clear = shader_material(TRANSPARENT, Color=(1, 1, 1, 1))
+    material, tree = new_material("Far")
+    far = tree.nodes.new("ShaderNodeLightPath").outputs["Ray Length"]
+    finish(tree, add_node(tree, "ShaderNodeEmission", Color=far))
+    for height in (1.0, 2.0):
+        add_mesh("Sheet", location=(0, 0, height), scale=(3, 3, 1)).data.materials.append(clear)
+    add_mesh("Floor", scale=(3, 3, 1)).data.materials.append(material)
+    scene.camera.location.z, scene.camera.data.lens = 5.0, 80.0
+    scene.render.resolution_x = scene.render.resolution_y = 8
+    shown = cycles_mean(1, 0)[..., :3].mean()
+    ours = render(device, export()[0], width=8, height=8, passes=1, photons=0)["Combined"]
+    assert ours[..., :3].mean() == pytest.approx(shown, rel=1e-2)
+    assert shown == pytest.approx(5.0, rel=0.02)

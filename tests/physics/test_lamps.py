@@ -12,6 +12,7 @@ import pytest
 
 from addon.photon.scene import (
     FOUND_BY,
+    TRANSPARENT,
     Light,
     Lobe,
     Material,
@@ -216,9 +217,11 @@ def test_by_lobes(device: Device, light: Light, alpha: float) -> None:
     np.testing.assert_allclose(found["shadow rays"], found["both"], 1e-2)
 
 
+@pytest.mark.parametrize("veiled", [False, True])
 @pytest.mark.parametrize("hidden", ["", "diffuse", "glossy"])
-def test_photons_of_what_surfaces_find(device: Device, hidden: str) -> None:
-    """A light that diffuse or glossy surfaces do not find throws nothing back from them."""
+def test_photons_of_what_surfaces_find(device: Device, hidden: str, veiled: bool) -> None:
+    """A light that diffuse or glossy surfaces do not find throws nothing back from them, behind
+    what is transparent neither."""
     found_by = tuple(name for name in ("diffuse", "glossy") if name != hidden)
     light = replace(CASES[0].light, found_by=found_by)
     view = orthographic((0.0, 0.0, 0.4), (1, 0, 0), (0, 1, 0), 0.5)
@@ -226,7 +229,10 @@ def test_photons_of_what_surfaces_find(device: Device, hidden: str) -> None:
     for material, by in ((0, "diffuse"), (1, "glossy")):
         built = Builder().quad((-a, -a, 0), (a, -a, 0), (a, a, 0), (-a, a, 0), material)
         built.quad((-a, -a, 2), (-a, a, 2), (a, a, 2), (a, -a, 2))
+        if veiled:
+            built.quad((-a, -a, 0.5), (a, -a, 0.5), (a, a, 0.5), (-a, a, 0.5), 2)
         materials = [plain_material("grey"), plain_material("mirror", (0.0,) * 3, (0.9,) * 3)]
+        materials.append(Material("clear", (0.0,) * 3, (Lobe(TRANSPARENT, (0.9,) * 3),)))
         scene = built.scene(view, [light], materials)
         with rendered(device, scene, width=8, height=8, photons=20_000, radius=0.2) as renderer:
             assert fallen(renderer)[1].any() == (by != hidden)

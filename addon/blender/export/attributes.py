@@ -192,11 +192,12 @@ def instance_attribute(
 
 
 def particle_of(instance: bpy.types.DepsgraphObjectInstance, name: str, frame: float) -> Numbers:
-    """(4,): what Particle Info tells of the particle that an instance stands for."""
+    """(4,): what Particle Info tells of the particle that an instance stands for. What stands for
+    none, or for a child, has Cycles' first: of number 0, and nothing else."""
     system = instance.particle_system if instance.is_instance else None
     number = instance.persistent_id[0]
     if system is None or number >= len(system.particles):
-        return np.zeros(4)
+        return np.full(4, hashed(0) / WHOLE if name == "Random" else 0.0)
     particle, found = system.particles[number], np.ones(4)
     match name:
         case "Index":

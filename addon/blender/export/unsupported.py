@@ -71,6 +71,13 @@ def _note_passes(scene: bpy.types.Scene, layer: bpy.types.ViewLayer, notes: Note
     if layer.use_pass_environment and scene.render.film_transparent:
         what = "empty, for the film is transparent"
         notes.ignored(f"View Layer '{layer.name}'", "Pass Environment", what)
+    stores_data = getattr(getattr(layer, "cycles", None), "denoising_store_passes", False)
+    if stores_data and scene.photon_stream.denoise:
+        what = "denoised already, as Combined is"
+        notes.approximated(f"View Layer '{layer.name}'", "Pass Noisy Image", what)
+    if layer.samples > 0:
+        what = "as many passes are rendered as of other view layers"
+        notes.ignored(f"View Layer '{layer.name}'", "Samples", what)
     if layer.aovs:
         names = ", ".join(entry.name for entry in layer.aovs)
         notes.ignored(f"View Layer '{layer.name}'", "Shader AOVs", f"{names}: not rendered")

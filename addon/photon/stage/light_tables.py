@@ -29,7 +29,6 @@ from .profiles import mean_of
 from .switches import light_defines, made_lights
 from .upload import Textures, texels_of, upload_table
 
-
 LEAST_SHARE = 2.0**-22  # of photons that start at a light: sums below 1 are multiples of 2^-24
 MOST_BY_LEAST = 0.1  # of photons, at lights of that share in all
 

@@ -94,7 +94,7 @@ def read_coordinate(
         case "Generated":
             return attribute(graph, GENERATED)
         case "Normal":
-            return _object_normal(graph)
+            return _object_normal_there(graph)
         case "UV":
             return attribute(graph, UV, "")
         case "Object" if node.object is not None:
@@ -115,7 +115,12 @@ def smooth(graph: Graph) -> Value:
     return graph.displaced or here(graph, "normal")
 
 
-def _object_normal(graph: Graph) -> Value:
+def object_normal(graph: Graph) -> Value:
+    """The normal in the object's space, which a material's displacement may have bent."""
+    return in_space(graph, graph.displaced, 2) if graph.displaced else here(graph, "object normal")
+
+
+def _object_normal_there(graph: Graph) -> Value:
     """The normal in the object's space; beside the point, from Blender 5.2 on, as far on the
     straight way to that of a whole footprint beside it."""
     what = "object normal there"

@@ -12,7 +12,7 @@ from ..graph import Graph
 from ..links import Scope, is_given
 from ..programs import Value
 from ..textures import Found, is_separated
-from .attributes import UV, here
+from .attributes import UV, here, object_normal
 from .texture_vector import note_mapping, texture_vector
 
 # The numbers of glsl/lib/image.glsl and glsl/nodes/image.glsl.
@@ -34,7 +34,7 @@ def read(graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope
         value = graph.program.emit(
             "image",
             vector=texture_vector(graph, node, scope, UV, ""),
-            normal=here(graph, "object normal") if is_box else Value.of(0.0),
+            normal=object_normal(graph) if is_box else Value.of(0.0),
             image=Value.of(found.first),
             tiles=Value.of(0 if is_box else found.tiles),
             texels=Value.of(TEXELS[node.interpolation]),

@@ -8,17 +8,18 @@ import bpy
 from ..graph import Graph
 from ..links import Scope, is_given
 from ..programs import ONE, ZERO, Value
-from .attributes import here
+from .attributes import smooth
 
 
 def read_bevel(
     graph: Graph, node: bpy.types.Node, output: bpy.types.NodeSocket, scope: Scope
 ) -> Value:
     """Note Bevel: the normal as it is."""
-    graph.notes.approximated(graph.owner, "Bevel", "edges are sharp")
+    if graph.input(node, "Radius", scope).may_exceed(0.0):
+        graph.notes.approximated(graph.owner, "Bevel", "edges are sharp")
     if is_given(node.inputs["Normal"], scope):
         return graph.input(node, "Normal", scope)
-    return here(graph, "normal")
+    return smooth(graph)
 
 
 def read_occlusion(
