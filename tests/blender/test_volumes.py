@@ -371,6 +371,24 @@ def test_fog_without_shadow(scene, export, cycles_mean, device) -> None:
     assert [x.object for x in report.of("approximated")] == ["Object 'Fog'"]
 
 
+def test_many_clouds_in_a_row(scene, export, cycles_mean, device) -> None:
+    """What is a volume alone is none of the transparent surfaces that a ray may pass."""
+    for number in range(7):
+        thin = fog(ABSORBS, Density=0.2, Color=(0.3, 0.6, 0.9, 1))
+        add_mesh("Cloud", BALL, location=(0, 0, number), scale=(2, 2, 0.4)).data.materials.append(
+            thin
+        )
+    grey = shader_material(DIFFUSE, Color=(0.8, 0.6, 0.4, 1))
+    add_mesh("Floor", scale=(3, 3, 1), location=(0, 0, -1)).data.materials.append(grey)
+    add_light("Sun", "SUN", energy=3.0)
+    scene.camera.location.z, scene.camera.data.lens = 12.0, 200.0
+    scene.render.resolution_x = scene.render.resolution_y = 16
+    shown = cycles_mean(64, 0)[..., :3].mean(axis=(0, 1))
+    settings = {"width": 16, "height": 16, "passes": 8, "photons": 0}
+    ours = render(device, export()[0], **settings)["Combined"][..., :3].mean(axis=(0, 1))
+    assert shown.min() > 0.02 and ours == pytest.approx(shown, rel=0.02)
+
+
 def test_bounces_are_cycles(scene) -> None:
     assert scene.cycles.bl_rna.properties["volume_bounces"].default == 0
     scene.cycles.volume_bounces = 5

@@ -89,11 +89,19 @@ def test_what_nothing_wears(device: Device) -> None:
 
 def test_many_are_coarse(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     """All together have so many places at most: the largest less than before."""
-    monkeypatch.setattr(densities, "MOST_PLACES", 500)
+    monkeypatch.setattr(densities, "MOST_VOXELS", 6 * 500)
     monkeypatch.setattr(densities, "SAME", 0.0)
     grids = [x.medium.grid for x in by(device, boxes(HIGH)).materials]
     counts = [grid.extinction.size // 3 for grid in grids if grid]
     assert len(counts) == 2 and 100 < sum(counts) <= 500
+
+
+def test_one_alone_is_fine(device: Device) -> None:
+    """A cube has as many places along its sides as there are."""
+    made = by(device, boxes(HIGH)).materials[0].medium.grid
+    whole = (densities.MOST_CELLS + 1,) * 3
+    alone = densities._Box(HIGH, 0, np.zeros(3), np.ones(3), np.zeros((1, 4), np.float32))
+    assert made and densities._affordable({0: alone})[0].counts == whole
 
 
 def test_what_is_everywhere(device: Device) -> None:

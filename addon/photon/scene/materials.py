@@ -192,6 +192,14 @@ class Material:
         return any(lobe.kind == TRANSPARENT and lobe.reflects for lobe in self.lobes)
 
     @property
+    def only_bounds(self) -> bool:
+        """Whether nothing is there but where a medium ends."""
+        others = self.is_emissive or self.is_diffuse or self.holdout or self.shades_lamps
+        lobes = [lobe for lobe in self.lobes if lobe.reflects]
+        clear = all(x.kind == TRANSPARENT and x.colour == WHITE and not x.varying for x in lobes)
+        return self.medium.is_there and clear and self.is_transparent and not others
+
+    @property
     def filters_no_lamps(self) -> bool:
         """Whether it is transparent, but not to light straight from lamps."""
         return self.shades_lamps and self.is_transparent

@@ -38,8 +38,7 @@ THIN = 1e-4  # of a box's longest side, that a shorter one is at least
 MOST_OWN = 1000
 FAR_CELLS = 48  # of what is beyond the box about all
 FAR_SAMPLES = 16
-# Of all grids together: their voxels, nine a place at most, have numbers that floats hold.
-MOST_PLACES = (1 << 24) // 9 - (FAR_CELLS + 1) ** 3
+MOST_VOXELS = 1 << 24  # of all grids together: floats hold their numbers
 EVEN_3 = np.array((0.8191725134, 0.6710436067, 0.5497004779))  # steps of the R3 sequence
 AIR, BEYOND = -1, -2  # its numbers, beside those of materials
 
@@ -236,14 +235,21 @@ def about_all(scene: Scene) -> Array:
 def _affordable(boxes: dict[int, _Box]) -> dict[int, _Box]:
     """With as many places each as there may be: the most have less."""
     cells = dict.fromkeys(boxes, MOST_CELLS)
-    places = {number: np.prod(_counts(box, MOST_CELLS)) for number, box in boxes.items()}
-    while sum(places.values()) > MOST_PLACES and max(cells.values()) > 2:
-        most = max(places, key=lambda number: (cells[number] > 2, places[number]))
+    voxels = {number: _voxels(number, box, MOST_CELLS) for number, box in boxes.items()}
+    while sum(voxels.values()) > MOST_VOXELS and max(cells.values()) > 2:
+        most = max(voxels, key=lambda number: (cells[number] > 2, voxels[number]))
         cells[most] //= 2
-        places[most] = np.prod(_counts(boxes[most], cells[most]))
+        voxels[most] = _voxels(most, boxes[most], cells[most])
     return {
         number: replace(box, counts=_counts(box, cells[number])) for number, box in boxes.items()
     }
+
+
+def _voxels(number: int, box: _Box, cells: int) -> int:
+    """How many it has at most, and what is beyond it, if it is about all: three a place of what is
+    lost, of what of that is scattered, and of what is emitted."""
+    beyond = (FAR_CELLS + 1) ** 3 if number == AIR else 0
+    return (9 if box.medium.glows else 6) * (int(np.prod(_counts(box, cells))) + beyond)
 
 
 def _counts(box: _Box, cells: int) -> tuple[int, int, int]:

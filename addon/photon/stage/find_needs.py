@@ -22,6 +22,8 @@ from .needs import MOST_LOBES, SceneNeeds
 from .panes import has_panes
 from .programs import ProgramNeeds, of_emission, of_transmittance
 
+MOST_BOUNDS = 256  # of media that a path may pass
+
 
 def find_needs(
     scene: Scene,
@@ -68,7 +70,7 @@ def find_needs(
         and broad
         and by_chains
         and (glows or any(not {"glossy", "transmission"}.isdisjoint(x.found_by) for x in met)),
-        transparent_depth=settings.transparent_depth if transparent else 0,
+        transparent_depth=settings.transparent_depth + _bounds_met(scene) if transparent else 0,
         shadow_programs=_programs_of(scene, materials, of_transmittance),
         light_kinds=of_mesh | {light.kind for light in emitting},
         gathered_lobes=gathered,
@@ -107,6 +109,14 @@ def _of_rays(
         or rays_apart
         or no_caustics > 0,
     }
+
+
+def _bounds_met(scene: Scene) -> int:
+    """How often a path may meet what is nothing but the bounds of media, which Cycles does not
+    count: in and out, and some times there and back."""
+    bounds = np.array([material.only_bounds for material in scene.materials], bool)
+    surfaces = np.unique(scene.surface[bounds[scene.material]]) if bounds.any() else ()
+    return min(8 * len(surfaces), MOST_BOUNDS)
 
 
 def _used(scene: Scene, mesh: Mesh) -> list[Material]:
