@@ -24,12 +24,14 @@ WARM = (1.0, 0.5, 0.25, 1.0)
 @pytest.mark.parametrize("kind", [EMISSION, BACKGROUND])
 @pytest.mark.parametrize(("strength", "expected"), [(3.0, (3.0, 1.5, 0.75)), (-1.0, BLACK)])
 def test_emission(convert, kind, strength, expected) -> None:
-    """A Background of a surface is as Cycles has it, too."""
+    """A Background of a surface is as Cycles has it, too. Light that would be negative is named."""
     material = shader_material(kind, Color=WARM, Strength=strength)
     converted, report = convert(material)
     assert converted.emission == near(expected)
     assert converted.diffuse == BLACK and not converted.lobes
-    assert features(report, "exact") == ["Shader"]
+    told = [] if strength > 0.0 else ["Negative light"]
+    assert features(report, "approximated") == told
+    assert features(report, "exact") == ["Shader"] * (not told)
 
 
 @pytest.mark.parametrize("metallic", [0.0, 0.5, 1.0])

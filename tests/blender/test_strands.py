@@ -59,6 +59,10 @@ def particles(**settings: object) -> bpy.types.Object:
     obj = add_mesh("Skin", location=(0.0, 0.0, 0.1))
     uv = obj.data.uv_layers.new(name="tint")
     uv.uv.foreach_set("vector", (0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0))
+    for layer in ("other", "shade"):
+        shade = obj.data.color_attributes.new(layer, "BYTE_COLOR", "CORNER")
+        colours = np.random.default_rng(8).random(16).astype(np.float32)
+        shade.data.foreach_set("color", colours if layer == "shade" else 0.0 * colours)
     obj.show_instancer_for_render = False
     obj.modifiers.new("Hair", "PARTICLE_SYSTEM")
     hair = obj.particle_systems[0].settings
@@ -120,10 +124,13 @@ def test_as_cycles(export, cycles_mean, device, make, median, high) -> None:
         (particles, "UVMap", "UV"),
         (particles, "TexCoord", "Generated"),
         (particles, "HairInfo", "Length"),
+        (particles, "VertexColor", "Color"),
+        (children, "VertexColor", "Color"),
     ],
 )
 def test_what_they_tell_is_cycles(export, cycles_mean, device, make, node, output) -> None:
-    name = {"Attribute": {"attribute_name": "tint"}, "UVMap": {"uv_map": "tint"}}.get(node, {})
+    name = {"Attribute": {"attribute_name": "tint"}, "UVMap": {"uv_map": "tint"}}
+    name = {**name, "VertexColor": {"layer_name": "shade"}}.get(node, {})
     make().data.materials.append(asked(f"ShaderNode{node}", output, **name))
     scene = bpy.context.scene
     scene.camera.location.z, scene.camera.data.lens = 4.5, 40.0

@@ -129,7 +129,9 @@ def test_a_world_that_some_rays_do_not_find(
 
 
 @pytest.mark.parametrize("kind", ["Glass", "Translucent", "Diffuse"])
-@pytest.mark.parametrize("output", ["Is Glossy Ray", "Is Transmission Ray", "Is Diffuse Ray"])
+@pytest.mark.parametrize(
+    "output", ["Is Glossy Ray", "Is Transmission Ray", "Is Diffuse Ray", "Ray Depth"]
+)
 def test_a_ball_in_a_world_by_light_path(scene, export, cycles_mean, device, kind, output) -> None:
     switched(new_world(scene), output)
     as_cycles_shows_a_ball(scene, export, cycles_mean, device, kind, None)

@@ -10,6 +10,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from .colour_spaces import decoded
 from .strands import Strands, tubes
 
 Floats = NDArray[np.float64]
@@ -64,6 +65,23 @@ def uv_of_hair(obj: bpy.types.Object, name: str) -> Floats | None:
                 np.float64,
             ).reshape(-1, 2)
     return None
+
+
+def colour_of_hair(obj: bpy.types.Object, name: str) -> Floats | None:
+    """(C, 3), of a colour attribute of that name where hair grows; None if there is none of bytes
+    at corners, which are all that Blender tells hair of."""
+    corners = (x for x in obj.data.attributes if x.domain == "CORNER")
+    names = [x.name for x in corners if x.data_type == "BYTE_COLOR"]
+    if name not in names:
+        return None
+    found = [
+        modifier.particle_system.mcol_on_emitter(
+            modifier, particle=_root(modifier, at), particle_no=at, vcol_no=names.index(name)
+        )
+        for modifier in _systems(obj)
+        for at in _numbers(modifier)
+    ]
+    return decoded(np.array(found, np.float64).reshape(-1, 3))
 
 
 def _systems(obj: bpy.types.Object) -> Iterator[bpy.types.ParticleSystemModifier]:

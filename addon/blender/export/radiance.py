@@ -34,6 +34,8 @@ LIGHT_PATH = {
     "Is Reflection Ray": (0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0),
     "Is Singular Ray": (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0),
     "Is Transmission Ray": (0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0),
+    # Of what is behind all it is one more than the bounces.
+    "Ray Depth": (1.0, 2.0, 2.0, 2.0, 2.0, 2.0, 2.0, 2.0),
     "Is Volume Scatter Ray": (0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0),
 }
 NOBODY = (0.0,) * len(FOUND_BY)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .attributes import as_number, padded
-from .hair import uv_of_hair
+from .hair import colour_of_hair, uv_of_hair
 from .hashes import WHOLE, hashed
 from .nodes.attributes import COLOUR, FACTOR, GENERATED, NAMED, STRAND, UNDISPLACED, UV
 from .strands import TYPES, Strands, read_numbers
@@ -32,6 +32,9 @@ def strand_attribute(
         if what[0] == UV or (what[0] in (NAMED, FACTOR) and name in obj.data.uv_layers):
             uv = uv_of_hair(obj, name)
             found = None if uv is None else strands.of_curves(uv)
+        elif what[0] in (NAMED, FACTOR, COLOUR):
+            colour = colour_of_hair(obj, name)
+            found = None if colour is None else strands.of_curves(colour)
     elif what[0] in (NAMED, FACTOR, COLOUR, UV):
         found = _named(what[1] or (_first_uv(obj) if what[0] == UV else ""), strands, obj)
     if found is not None and what[0] == FACTOR:

@@ -26,6 +26,8 @@ def radiance(
 ) -> Value:
     """What inputs of these names give [W/(m^2 sr)]; light that would be negative is none."""
     strength = graph.input(node, of_strength, scope)
+    if strength.is_constant and strength.number < 0.0:
+        graph.notes.approximated(graph.owner, "Negative light", "0 is used")
     if not strength.may_exceed(0.0):
         return ZERO
     positive = math("MAXIMUM", strength, 0.0)
