@@ -165,10 +165,8 @@ def program_needs() -> Iterator[SceneNeeds]:
     for count, nodes in [*alone, *((count, frozenset(node_kinds())) for count in (0, 1, 2))]:
         some = _needs(count, lobes if count else frozenset(), lights, drawn=False)
         for attributes in (0, 2)[: 1 + ("attribute" in nodes)]:
-            programs = ProgramNeeds(
-                nodes, registers=8, attributes=attributes, normals=attributes > 0
-            )
-            yield replace(some, programs=programs, emission_programs=programs)
+            own = ProgramNeeds(nodes, registers=8, attributes=attributes, normals=attributes > 0)
+            yield replace(some, programs=own, emission_programs=own)
 
 
 def _needs(
@@ -318,19 +316,21 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
                 yield Generator, {**emitting, **aimed, **PORTALS_BY_SHARE_DEFINES}, scene.made
         smooth = replace(found, smooth=True)
         for bent in (smooth,) if alone else (found, smooth):
-            apart = [replace(bent, rays_apart=True)] if scene.lobes and not alone else []
+            linked = replace(bent, rays_apart=True, linked=True, visibility=True)
+            apart = [linked] if scene.lobes and not alone else []
             for one in (bent, *apart):
                 yield Emitted, one.emitted_defines, scene.made
                 yield Emitted, {**one.emitted_defines, "BY_KIND": 1}, scene.made
             for kernel in (Direct, ShadowRays):
                 yield kernel, bent.direct_defines, scene.made
                 if not (alone or bent.smooth):
-                    yield kernel, {**bent.direct_defines, "ILLUMINANCE": 1}, scene.made
+                    yield kernel, {**linked.direct_defines, "ILLUMINANCE": 1}, scene.made
     if scene.media:
         yield from _of_media(scene)
     for kernel in (Shade, Projector, Reflector):
         for arrivals, media in product((False, True), repeat=2):
-            asked = replace(scene, arrivals=arrivals, media=media or scene.media)
+            linked, some = arrivals and scene.visibility, media or scene.media
+            asked = replace(scene, arrivals=arrivals, linked=linked, media=some)
             yield kernel, asked.photon_defines, scene.made
             if arrivals or media:
                 continue
@@ -384,7 +384,8 @@ def compute_programs() -> Iterator[tuple[str, str, Made]]:
     yield "sum_texels", RESOLVER_DECLARATIONS, {}
     for scene in (*needs(), *program_needs()):
         for arrivals, media in ((False, False), (False, True), (True, False)):
-            asked = replace(scene, arrivals=arrivals, media=media or scene.media)
+            linked, some = arrivals and scene.visibility, media or scene.media
+            asked = replace(scene, arrivals=arrivals, linked=linked, media=some)
             yield Bounces.stem, declarations(asked.photon_defines), scene.made
             if not (arrivals or media or scene.programs.nodes):
                 for portals in (PORTALS_FOR_ABSORBED_DEFINES, PORTALS_BY_SHARE_DEFINES):

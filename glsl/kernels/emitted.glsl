@@ -10,6 +10,20 @@
 #if defined(RAYS_APART) || defined(WALKS)
 #include "lib/reach.glsl"
 #endif
+#ifdef LINKED
+#include "lib/linked.glsl"
+#include "lib/triangle.glsl"
+
+// Whether a light lights the surface that has sent a ray, which the eye has not.
+bool lights_sender(Light light) {
+#ifdef TRANSPARENT
+    int source = int(load_chain().source);
+#else
+    int source = int(load_origin().source);
+#endif
+    return source < 0 || lights_surface(light, triangle_at(source).surface);
+}
+#endif
 #ifdef WEIGHED
 #include "lib/chain_density.glsl"
 #include "lib/triangle.glsl"
@@ -37,7 +51,9 @@ float weight_of_chain(Light light, int number, RayOrigin origin, vec3 direction,
     return density / (density + density_of_rays(rays, light, origin.position, normal, direction));
 }
 
-#ifdef EMISSIVE
+#endif
+
+#if defined(EMISSIVE) && (defined(WEIGHED) || defined(LINKED))
 // Emissive triangles are the last lights, in the order of their numbers in the scene.
 int light_of_triangle(float number) {
     int low = lamps, high = light_count - 1;
@@ -47,7 +63,6 @@ int light_of_triangle(float number) {
     }
     return low;
 }
-#endif
 #endif
 
 // Whether a ray that a lobe has sent finds a light.
@@ -67,6 +82,9 @@ void meet(int number, float kind, RayOrigin origin, vec3 direction, float far, b
     Light light = light_at(number);
     light.kind = kind;
     if (!(is_of_eye ? is_found(light, BY_CAMERA) : is_found_by_lobe(light))) return;
+#ifdef LINKED
+    if (!is_of_eye && !lights_sender(light)) return;
+#endif
     vec4 seen = seen_light(light, origin.position, direction, far);
     vec3 radiance = seen.xyz * share_by_nodes(light, direction, seen.w);
     radiance *= colour_by_nodes(light, origin.position + seen.w * direction, -direction);
@@ -136,6 +154,11 @@ void kernel() {
         if (!is_of_eye && largest(emission) > 0.0) {
             int light = light_of_triangle(triangle.number);
             emission *= weight_of_chain(light_at(light), light, origin, direction, density_of(load_throughput()));
+        }
+#endif
+#ifdef LINKED
+        if (!is_of_eye && largest(emission) > 0.0) {
+            if (!lights_sender(light_at(light_of_triangle(triangle.number)))) emission = vec3(0.0);
         }
 #endif
 #ifdef MEDIA

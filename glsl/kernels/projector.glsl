@@ -40,7 +40,7 @@ void kernel() {
 #endif
     vec3 flux = arriving_flux(load_flux().flux);
 #ifdef ARRIVALS
-    flux *= share_of_arrival(load_origin(), place.position, BY_DIFFUSE);
+    flux *= share_of_arrival(load_origin(), place, BY_DIFFUSE);
     if (flux == vec3(0.0)) skip();
 #endif
     place.surface = of_part(place.surface, int(photon_part(load_flux())));

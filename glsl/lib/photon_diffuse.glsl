@@ -35,6 +35,6 @@ void scatter_diffusely(inout Leaving leaving, PhotonPoint point, Roulette chance
     leaving.photon.flux *= bent_share(bent.base, bent.normal, point.facing.normal, -point.incoming);
 #endif
 #ifdef ARRIVALS
-    leaving.photon.flux *= share_of_arrival(load_origin(), point.place.position, BY_DIFFUSE);
+    leaving.photon.flux *= share_of_arrival(load_origin(), point.place, BY_DIFFUSE);
 #endif
 }

@@ -119,7 +119,7 @@ void scatter_by_lobe(inout Leaving leaving, LobeSample by, PhotonPoint point, fl
 #ifdef SCATTERING
     if (is_phase(by.lobe)) finder = BY_MEDIA;
 #endif
-    leaving.photon.flux *= share_of_arrival(load_origin(), point.place.position, finder);
+    leaving.photon.flux *= share_of_arrival(load_origin(), point.place, finder);
 #endif
 }
 #else

@@ -10,6 +10,9 @@
 #ifdef TWO_SIDED
 #include "lib/two_sided.glsl"
 #endif
+#ifdef LINKED
+#include "lib/linked.glsl"
+#endif
 
 struct ShadowRay {
     RayOrigin origin;
@@ -257,6 +260,9 @@ ShadowRay shadow_ray(VisiblePoint point, int number, bool by_lobe) {
     rays *= share_of_rays;
 #endif
     Light light = light_at(chosen);
+#ifdef LINKED
+    if (!lights_surface(light, surface_number(point.place))) return none;
+#endif
 #ifdef VISIBILITY
     LightLimit limit = light_limit_at(chosen);
     if (point.bounces > limit.bounces) return none;

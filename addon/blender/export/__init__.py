@@ -16,6 +16,7 @@ from .dicing import dicing_of
 from .geometry import Geometry
 from .graph import Context
 from .lights import Lamps
+from .linking import Linking
 from .materials import MaterialTable
 from .motion import FrameSet, Shutter, Views
 from .report import Entry, Notes, Report
@@ -84,7 +85,7 @@ def _snapshot(
     context = Context(camera=View(camera), holders=holders)
     materials = MaterialTable(notes, model, view_layer.material_override, context, textures)
     images: list[Image] = []
-    lamps = Lamps(images, notes)
+    lamps, linking = Lamps(images, notes), Linking(depsgraph, notes)
     # Render depsgraphs hold no hidden objects, the viewport's do.
     viewport = depsgraph.mode == "VIEWPORT"
     geometry = Geometry(viewport, scene.frame_current, view_layer.use_solid, view_layer.use_strand)
@@ -95,11 +96,12 @@ def _snapshot(
         matrix = np.array(instance.matrix_world, np.float64)
         visible, group = visible_bits(instance, layer), group_of_instance(instance, layer)
         if obj.type == "LIGHT" and instance.show_self:
-            lamps.add(instance, matrix, visible, group)
+            lamps.add(instance, matrix, visible, group, linking.excluded_by(instance))
         elif obj.type != "LIGHT":
             follow = partial(tracks.moving, instance, matrix) if tracks else None
             dicing = dicing_of(obj, scene, matrix)
-            rays = Rays(visible, group, terminator_of(obj), dicing)
+            links = linking.set_of(instance), linking.excluded_by(instance)
+            rays = Rays(visible, group, terminator_of(obj), dicing, *links)
             geometry.add(instance, matrix, rays, materials, notes, follow)
     group = group_of(world.lightgroup, layer) if world else ""
     context = replace(context, attributes=[])

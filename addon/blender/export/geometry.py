@@ -19,6 +19,7 @@ from . import unsupported
 from .attributes import OF_INSTANCES, corner_attribute, instance_attribute, object_record
 from .hair import hair_of, has_hair
 from .instances import Instances, hides_attributes
+from .linking import linked_arrays
 from .materials import MaterialTable
 from .meshes import (
     LocalMesh,
@@ -71,6 +72,7 @@ class Geometry:
     terminators: list[float] = field(default_factory=list)
     dicing: list[tuple[float, float]] = field(default_factory=list)
     groups: list[str] = field(default_factory=list)
+    links: list[tuple[int, int]] = field(default_factory=list)
     objects: list[NDArray[np.float64]] = field(default_factory=list)
     attributes: list[dict[int, NDArray[np.float32]]] = field(default_factory=list)
     moving: list[Moving] = field(default_factory=list)
@@ -166,6 +168,7 @@ class Geometry:
         self.terminators.append(rays.terminator)
         self.dicing.append(rays.dicing if is_mesh else (0.0, 0.0))
         self.groups.append(rays.group)
+        self.links.append((rays.linked, rays.excludes))
         self.objects.append(object_record(instance, matrix))
         self.attributes.append(attributes)
         moving = None
@@ -219,6 +222,7 @@ class Geometry:
             "visible": np.array(self.visible if {*self.visible} - {ALL_RAYS} else [], np.uint8),
             "terminators": terminators if own.any() else terminators[:0],
             "moving": tuple(self.moving),
+            **linked_arrays(self.links),
             "surface_groups": tuple(self.groups) if any(self.groups) else (),
         }
 

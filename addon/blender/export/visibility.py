@@ -27,6 +27,8 @@ class Rays:
     group: str = ""  # of Scene.light_groups
     terminator: float = TERMINATOR  # of Scene.terminators
     dicing: tuple[float, float] = (0.0, 0.0)  # of Scene.dicing
+    linked: int = 0  # of Scene.linked
+    excludes: int = 0  # of Scene.excludes
 
 
 def visible_bits(instance: bpy.types.DepsgraphObjectInstance, layer: bpy.types.ViewLayer) -> int:
@@ -142,8 +144,8 @@ def _note_surfaces(
 def note_object(obj: bpy.types.Object, name: str, notes: Notes) -> None:
     """Write down what the object asks for and the renderer does not know."""
     linking = getattr(obj, "light_linking", None)
-    if linking and (linking.receiver_collection or linking.blocker_collection):
-        notes.ignored(name, "Light Linking", "every light lights every object")
+    if linking and linking.blocker_collection:
+        notes.ignored(name, "Shadow Linking", "all things are in the way of its light")
     for system in obj.particle_systems:
         settings = system.settings
         if settings.render_type in ("HALO", "LINE", "PATH") and settings.type != "HAIR":

@@ -14,6 +14,7 @@ from .records import (
     RAY_ORIGIN,
     THROUGHPUT,
     TRIANGLE,
+    VISIBILITY,
 )
 
 
@@ -39,6 +40,7 @@ class Emitted(Kernel):
         "DISPERSION",
         "PORTALS",
         "RAYS_APART",
+        "LINKED",
         "WALKS",
         *LIGHT_DEFINES,
     )
@@ -65,7 +67,8 @@ class Emitted(Kernel):
         **LIGHT_TABLES,
         **CHOICE,
         **PORTALS,
-        "triangles": When(("SURFACES", "MEDIA"), Table(TRIANGLE)),
+        "triangles": When(("SURFACES", "MEDIA", "LINKED"), Table(TRIANGLE)),
+        "visibility": When("LINKED", Table(VISIBILITY)),
         "materials": When(("EMISSIVE", "TWO_SIDED", "MEDIA"), Table(MATERIAL)),
         "interiors": When("MEDIA", Table(INTERIOR)),
         **VARYING_TABLES,

@@ -14,6 +14,7 @@ from .records import (
     RAY_DIRECTION,
     RAY_ORIGIN,
     TRIANGLE,
+    VISIBILITY,
 )
 
 
@@ -30,6 +31,7 @@ class Projector(Kernel):
         "SCATTERING",
         "PANES",
         "ARRIVALS",
+        "LINKED",
         "ENVIRONMENT",
         "VISIBILITY",
         "FIRST_HITS",
@@ -59,4 +61,5 @@ class Projector(Kernel):
         "interiors": When("MEDIA", Table(INTERIOR)),
         "lights": When("ARRIVALS", Table(LIGHT)),
         "environments": When("ENVIRONMENT", Table()),
+        "visibility": When("LINKED", Table(VISIBILITY)),
     }

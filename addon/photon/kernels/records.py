@@ -280,7 +280,8 @@ LIGHT = Record(
 # row, and, of rows, `down`.
 PROFILE = Record("Profile", {"share": "float", "mean": "float", "along": "float", "down": "float"})
 
-# Which rays meet a surface, by its number: bits, see ray_bits.glsl and visibility.glsl.
+# Which rays meet a surface, by its number: bits, see ray_bits.glsl and visibility.glsl; and its set
+# of those that lights tell apart, as lib/linked.glsl has it.
 VISIBILITY = Record("Visibility", {"rays": "float"})
 # Which media photons of a light start in, as MEDIUM has it.
 LIGHT_START = Record("LightStart", {"inside": "vec2"})

@@ -31,6 +31,7 @@ class Reflector(Kernel):
         *SCATTERS,
         "PANES",
         "ARRIVALS",
+        "LINKED",
         "ENVIRONMENT",
         "VISIBILITY",
         "SHADED_LAMPS",

@@ -34,6 +34,7 @@ FOUND_BY = (
 SURFACES = FOUND_BY[1:5]  # shadow rays of these
 LIT = FOUND_BY[1:6]  # shadow rays of all kinds
 GLOW = "glow"  # a kind
+MOST_LINKED_SETS = 14  # of surfaces that lights tell apart: a float holds their bits with others
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,7 @@ class Light:
     gobo: int | None = None
     group: str = ""  # of Scene.light_groups
     subtracts: bool = False  # it takes away the light that it would give
+    excludes: int = 0  # bits of the sets of Scene.linked that it does not light
 
     def check(self) -> None:
         """Raise SceneError naming the light and the first value out of its range."""
@@ -86,6 +88,8 @@ class Light:
             raise SceneError(
                 f"{who}: max_bounces {self.max_bounces} is outside [0, {MOST_BOUNCES}]"
             )
+        if self.excludes not in range(1 << MOST_LINKED_SETS):
+            raise SceneError(f"{who}: excludes {self.excludes} has bits of no set")
         unknown = set(self.found_by) - set(FOUND_BY)
         if unknown:
             raise SceneError(f"{who}: found_by {unknown.pop()!r} is none of {', '.join(FOUND_BY)}")
@@ -101,7 +105,8 @@ class Light:
         """Whether it brings something else than its flux, by how far and what a surface is."""
         all_kinds = {*LIT} <= set(self.found_by)
         falls_off = not (self.falloff or self.smoothing)
-        return not (all_kinds and falls_off) or bool(self.parameters.get("soft"))
+        is_for_all = all_kinds and falls_off and not self.excludes
+        return not is_for_all or bool(self.parameters.get("soft"))
 
     @property
     def is_stretched(self) -> bool:

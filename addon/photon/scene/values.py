@@ -20,7 +20,7 @@ from .camera import Camera
 from .checks import BLACK, check_finite
 from .displacement import Displacement
 from .images import Image, Texture
-from .lights import FOUND_BY, LIT, Light, point_light, spot_light, world_light
+from .lights import FOUND_BY, LIT, MOST_LINKED_SETS, Light, point_light, spot_light, world_light
 from .materials import Lobe, Material, phong
 from .media import NO_MEDIUM, Medium
 from .moving import ARRAYS, Moving, check_moving
@@ -67,6 +67,10 @@ class Scene:
     corner_attributes: NDArray[np.float32] = _empty((0, 0, 3, 4), np.float32)
     # (T,) of triangles that are not smooth; (0,): all may be. It matters to what is displaced.
     flat: NDArray[np.bool_] = _empty((0,), np.bool_)
+    # (S,) which set of surfaces that lights tell apart each is in, and bits of the sets that what
+    # it emits does not light. (0,): 0.
+    linked: NDArray[np.uint8] = _empty((0,), np.uint8)
+    excludes: NDArray[np.uint16] = _empty((0,), np.uint16)
     # (S, 2) how long sides of triangles of displaced surfaces may be: [px], and [m]; 0: as they
     # are. (0, 2): that is everywhere.
     dicing: NDArray[np.float32] = _empty((0, 2), np.float32)
@@ -108,6 +112,8 @@ class Scene:
             raise SceneError("scene.terminators: a cosine is outside [0, 1]")
         if (self.visible & ~np.uint8(ALL_RAYS | HOLDOUT | CATCHER)).any():
             raise SceneError(f"scene.visible: {int(self.visible.max())} has bits of no ray")
+        if (self.linked >= MOST_LINKED_SETS).any() or (self.excludes >> MOST_LINKED_SETS).any():
+            raise SceneError(f"scene.linked: there are more than {MOST_LINKED_SETS} sets")
         if set(self.caustics) - set(CAUSTICS):
             raise SceneError(f"scene.caustics: {self.caustics} are not of {', '.join(CAUSTICS)}")
         if len(self.surface_groups) not in (0, len(self.surfaces)):
@@ -153,6 +159,8 @@ class Scene:
             ("material", (count,), np.int32),
             ("surface", (count,), np.int32),
             ("visible", (visible,), np.uint8),
+            ("linked", (len(self.surfaces) if len(self.linked) else 0,), np.uint8),
+            ("excludes", (len(self.surfaces) if len(self.excludes) else 0,), np.uint16),
             ("terminators", (terminators,), np.float32),
             ("corner_attributes", (count if any(attributes) else 0, *attributes, 3, 4), np.float32),
             ("flat", (flat,), np.bool_),
@@ -351,6 +359,8 @@ _ARRAYS = ("vertices", "triangles", "corner_normals", "material", "surface")
 _LATER = (
     "corner_tangents",
     "visible",
+    "linked",
+    "excludes",
     "terminators",
     "corner_attributes",
     "flat",

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernels.lights import EXCLUDES
 from ..kernels.records import LIGHT
 from ..scene import FOUND_BY, RAY_BITS, Scene
 from .geometry import Mesh
@@ -65,6 +66,8 @@ def emissive_triangles(scene: Scene, mesh: Mesh) -> NDArray[np.intp]:
 def found_by(scene: Scene, numbers: NDArray[np.intp]) -> NDArray[np.int64]:
     """(n,) bits of who finds triangles of these numbers in the scene (lib/light.glsl)."""
     found = np.full(len(numbers), EVERYONE)
+    if len(scene.excludes):
+        found += EXCLUDES * scene.excludes[scene.surface[numbers]].astype(np.int64)
     if not len(scene.visible):
         return found
     rays = scene.visible[scene.surface[numbers]]
@@ -77,7 +80,8 @@ def found_by(scene: Scene, numbers: NDArray[np.intp]) -> NDArray[np.int64]:
 def emits_for_some_only(scene: Scene, mesh: Mesh) -> bool:
     """Whether some emissive triangle does not light all kinds of surfaces."""
     wanted = sum(1 << FOUND_BY.index(name) for name in ("diffuse", "glossy"))
-    return bool((found_by(scene, emissive_triangles(scene, mesh)) & wanted != wanted).any())
+    found = found_by(scene, emissive_triangles(scene, mesh))
+    return bool((found & wanted != wanted).any() or (found >= EXCLUDES).any())
 
 
 def triangle_lights(scene: Scene, mesh: Mesh, emission: Emission) -> NDArray[Any]:

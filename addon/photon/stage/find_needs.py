@@ -16,7 +16,7 @@ from .geometry import Mesh
 from .kinds import PHASE, light_kinds, lobe_kinds
 from .layers import count_layered, has_tint
 from .light_tree import AskedLights
-from .limits import are_apart, casts_caustics, is_limited, lacking_caustics
+from .limits import are_apart, are_linked, casts_caustics, is_limited, lacking_caustics
 from .media import MediaThere
 from .needs import MOST_LOBES, SceneNeeds
 from .panes import has_panes
@@ -104,6 +104,7 @@ def _of_rays(
         "no_caustics": no_caustics,
         "rays_apart": rays_apart,
         "visibility": is_limited(emitting)
+        or are_linked(scene, emitting)
         or bool((mesh.visible != ALL_RAYS).any())
         or any(material.holdout or material.is_transparent for material in materials)
         or rays_apart
@@ -141,6 +142,7 @@ def _of_lights(scene: Scene, mesh: Mesh, emitting: tuple[Light, ...]) -> dict[st
         "profiles": any(light.profile for light in emitting),
         "gobos": any(light.gobo is not None for light in emitting),
         "arrivals": for_some or emits_for_some_only(scene, mesh),
+        "linked": are_linked(scene, emitting),
     }
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ...streams import TABLE_WIDTH, Device, Kernel, Stream, Table, Uniform, When
 from ...streams.device import Layer
-from ..kernels.lights import FOUND_BITS, IS_GLOW, IS_SOFT
+from ..kernels.lights import EXCLUDES, FOUND_BITS, IS_GLOW, IS_SOFT
 from ..kernels.records import (
     FLUX,
     LIGHT,
@@ -58,7 +58,7 @@ def light_table(
         row["parameters"], row["more"] = np.resize([*numbers, *[0.0] * 8], (2, 4))
         bits = [FOUND_BITS[name] for name in light.found_by]
         row["found_by"] = sum(bits) + (IS_SOFT if light.parameters.get("soft") else 0)
-        row["found_by"] += IS_GLOW * (light.kind == GLOW)
+        row["found_by"] += IS_GLOW * (light.kind == GLOW) + EXCLUDES * light.excludes
         if light.gobo is not None:
             row["gobo"], row["gobo_width"], row["gobo_height"] = places[light.gobo]
         row["falloff"], row["smoothing"] = light.falloff, light.smoothing / frame.scale**2

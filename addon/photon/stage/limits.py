@@ -6,11 +6,14 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.records import LIGHT_LIMIT, VISIBILITY
 from ..scene import ALL_RAYS, CAUSTICS, MOST_BOUNCES, TRANSPARENT, Light, Scene
 from .kinds import Kind, lobe_kinds
+
+LINKED_SET = 256  # what a set of Scene.linked is times this, beside bits of rays
 
 
 def is_limited(lights: tuple[Light, ...]) -> bool:
@@ -24,6 +27,11 @@ def are_apart(lights: tuple[Light, ...], diffuse: bool = True, transmit: bool = 
     found = [set(light.found_by) for light in lights if light.is_met_by_lobes]
     hidden = diffuse and any("diffuse" not in by for by in found)
     return hidden or (transmit and any(("chains" in by) != ("passing" in by) for by in found))
+
+
+def are_linked(scene: Scene, lights: tuple[Light, ...]) -> bool:
+    """Whether some light does not light all surfaces."""
+    return len(scene.linked) > 0 or len(scene.excludes) > 0 or any(x.excludes for x in lights)
 
 
 def casts_caustics(name: str) -> bool:
@@ -45,7 +53,8 @@ def knows_rays(scene: Scene, lights: tuple[Light, ...]) -> bool:
     transparent = any(material.is_transparent for material in scene.materials)
     lacking = len(scene.caustics) < len(CAUSTICS)
     limited = is_limited(lights) or are_apart(lights)
-    return len(scene.visible) > 0 or held_out or limited or transparent or lacking
+    hidden = len(scene.visible) > 0 or are_linked(scene, lights)
+    return hidden or held_out or limited or transparent or lacking
 
 
 def visibility_table(scene: Scene) -> NDArray[Any]:
@@ -54,6 +63,8 @@ def visibility_table(scene: Scene) -> NDArray[Any]:
     table["rays"] = ALL_RAYS
     if len(scene.visible):
         table["rays"] = scene.visible
+    if len(scene.linked):
+        table["rays"] += LINKED_SET * scene.linked.astype(np.float32)
     return table
 
 

@@ -18,10 +18,7 @@ from .spectrum import made_spectrum
 from .switches import light_defines, made_bsdf, made_camera, made_lights
 
 MOST_LOBES = 2  # of a visible point: more of a material are merged by chance
-
-
-# In Cycles a path's pixel widens with all of its length. What photons leave from is seen by way of
-# another surface.
+# In Cycles a path's pixel widens with all of its length, and photons' is seen by way of others.
 PHOTONS_FARTHER = 2
 
 
@@ -63,6 +60,7 @@ class SceneNeeds:
     profiles: bool = False  # lights are not equally bright in all directions
     gobos: bool = False  # or not of one colour, or not at all places
     arrivals: bool = False  # what photons bring hangs on where they first land
+    linked: bool = False  # lights tell surfaces apart
     rays_apart: bool = False  # rays of some lobes find lights that those of others do not
     visibility: bool = False  # rays pass through some surfaces, or lights are limited
     first_hits: bool = False  # photons carry the direct light
@@ -164,9 +162,8 @@ class SceneNeeds:
     def direct_defines(self) -> Defines:
         """What kernels of shadow rays are compiled with: no lamp is seen in delta lobes."""
         broad = any(not lobe_kinds()[kind].is_delta for kind in self.lobe_kinds)
-        defines = {"SHADOW_RAYS": self.shadow_rays} | (
-            {"DRAWN": self.drawn_rays} if self.drawn_rays else {}
-        )
+        defines = {"SHADOW_RAYS": self.shadow_rays}
+        defines |= {"DRAWN": self.drawn_rays} if self.drawn_rays else {}
         defines |= {"PORTALS": MOST_PORTALS} if self.portals else {}
         defines |= {"SMOOTH": 1} if self.smooth or self.programs.normals else {}
         if any(lobe_kinds()[kind].is_two_sided for kind in self.lobe_kinds):
@@ -178,6 +175,7 @@ class SceneNeeds:
         normals = {"NORMALS": 1} if self.programs.normals else {}
         shadow = {**self.illuminance_defines, **self.rays("shadow"), **normals}
         shadow |= self.walk_defines | ({"SHADED_LAMPS": 1} if self.shaded_lamps else {})
+        shadow |= {"LINKED": 1} if self.linked else {}
         return {**defines, **self.light_defines, **of_lobes, **shadow, **self.shadow_filter_defines}
 
     @property
@@ -314,7 +312,8 @@ class SceneNeeds:
     @cached_property
     def arrival_defines(self) -> Defines:
         """What kernels of photons that land are compiled with."""
-        return {"ARRIVALS": 1, **light_defines(self.light_kinds)} if self.arrivals else {}
+        linked = {"LINKED": 1} if self.linked else {}
+        return {"ARRIVALS": 1, **linked, **light_defines(self.light_kinds)} if self.arrivals else {}
 
     @cached_property
     def camera_defines(self) -> Defines:
@@ -379,8 +378,7 @@ class SceneNeeds:
 
     @cached_property
     def made(self) -> Made:
-        """The includes that are made for the scene: its kinds of lobes and lights, and its
-        camera's."""
+        """The includes that are made for the scene's kinds of lobes, lights and cameras."""
         return {
             **made_bsdf(self.lobe_kinds),
             **made_lights(self.light_kinds),

@@ -71,10 +71,12 @@ class Lamps:
         matrix: NDArray[np.float64],
         rays: int,
         group: str,
+        excludes: int,
     ) -> None:
-        """Read one, placed by `matrix`, visible to these `rays` (bits) and of a light group."""
+        """Read one, placed by `matrix`, visible to these `rays` (bits) and of a light group, which
+        does not light some sets (bits)."""
         found = export_light(instance, matrix, rays, self._images, self._notes)
-        self._lights += [replace(x, group=group) for x in found]
+        self._lights += [replace(x, group=group, excludes=excludes) for x in found]
         self._are_met |= by_rays(instance.object.data) and any(map(_has_size, found))
 
     def as_the_eye_sees(self) -> list[Light]:

@@ -152,8 +152,8 @@ def note_light(lamp: Lamp) -> None:
         if getattr(data, flag, 1.0) != 1.0:
             notes.ignored(name, f"{label} factor", "as in Cycles")
     linking = getattr(obj, "light_linking", None)
-    if linking and (linking.receiver_collection or linking.blocker_collection):
-        notes.ignored(name, "Light Linking", "it lights every object")
+    if linking and linking.blocker_collection:
+        notes.ignored(name, "Shadow Linking", "all things are in the way of its light")
 
 
 def _numbers(values: NDArray[np.float64]) -> str:
