@@ -373,10 +373,10 @@ def test_nan_vertices_pass_through(export) -> None:
 
 def test_unknown_object_features_are_reported(export) -> None:
     plane = add_mesh("Plane", QUAD)
-    plane.light_linking.receiver_collection = bpy.data.collections.new("Lit by some")
+    plane.light_linking.blocker_collection = bpy.data.collections.new("Shadowed by some")
     scene, report = export()
     assert scene.surfaces == ("Plane",)
-    assert ("Object 'Plane'", "Light Linking") in [
+    assert ("Object 'Plane'", "Shadow Linking") in [
         (e.object, e.feature) for e in report.of("ignored")
     ]
 

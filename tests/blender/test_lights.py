@@ -330,8 +330,8 @@ def test_a_sun_has_no_falloff(export, socket) -> None:
 
 def test_unknown_features_are_named(export) -> None:
     obj = add_light("Lamp", "SPOT", use_shadow=False)
-    obj.light_linking.receiver_collection = bpy.data.collections.new("Lit")
-    assert ("Light 'Lamp'", "Light Linking") in reported(export()[1], "ignored")
+    obj.light_linking.blocker_collection = bpy.data.collections.new("Shadowing")
+    assert ("Light 'Lamp'", "Shadow Linking") in reported(export()[1], "ignored")
 
 
 def test_max_bounces_of_the_world(scene, export) -> None:

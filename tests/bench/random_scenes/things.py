@@ -50,6 +50,7 @@ def build(seed: int) -> Any:
     _camera(dice, scene)
     _settings(scene)
     fill(seed, scene, materials)
+    _link(random.Random(-seed), scene)
     return scene
 
 
@@ -104,6 +105,20 @@ def _hide(dice: random.Random, thing: Any, rays: tuple[str, ...]) -> None:
     """From rays of one kind, maybe."""
     if dice.random() < 0.2:
         setattr(thing, f"visible_{dice.choice(rays)}", False)
+
+
+def _link(dice: random.Random, scene: Any) -> None:
+    """Let lamps light some things alone, or not some, maybe."""
+    things = [obj for obj in scene.objects if obj.type == "MESH"]
+    for lamp in scene.objects:
+        if lamp.type != "LIGHT" or dice.random() < 0.8:
+            continue
+        some = bpy.data.collections.new("Some")
+        lamp.light_linking.receiver_collection = some
+        for thing in dice.sample(things, dice.randint(1, len(things))):
+            some.objects.link(thing)
+        for entry in some.collection_objects:
+            entry.light_linking.link_state = dice.choice(["INCLUDE", "EXCLUDE"])
 
 
 def _lamp(dice: random.Random) -> None:
