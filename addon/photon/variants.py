@@ -316,15 +316,15 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
                 yield Generator, {**emitting, **aimed, **PORTALS_BY_SHARE_DEFINES}, scene.made
         smooth = replace(found, smooth=True)
         for bent in (smooth,) if alone else (found, smooth):
-            linked = replace(bent, rays_apart=True, linked=True, visibility=True)
-            apart = [linked] if scene.lobes and not alone else []
+            telling = replace(bent, rays_apart=True, linked=True, visibility=True)
+            apart = [telling] if scene.lobes and not alone else []
             for one in (bent, *apart):
                 yield Emitted, one.emitted_defines, scene.made
                 yield Emitted, {**one.emitted_defines, "BY_KIND": 1}, scene.made
             for kernel in (Direct, ShadowRays):
                 yield kernel, bent.direct_defines, scene.made
                 if not (alone or bent.smooth):
-                    yield kernel, {**linked.direct_defines, "ILLUMINANCE": 1}, scene.made
+                    yield kernel, {**telling.direct_defines, "ILLUMINANCE": 1}, scene.made
     if scene.media:
         yield from _of_media(scene)
     for kernel in (Shade, Projector, Reflector):

@@ -254,6 +254,35 @@ def test_nodes(convert, kind, inputs, absorption, scattering, anisotropy) -> Non
     assert features(report, "exact") == ["Shader"]
 
 
+@pytest.mark.parametrize(
+    ("phase", "inputs"),
+    [
+        ("FOURNIER_FORAND", {"Backscatter": 0.1}),
+        ("DRAINE", {"Anisotropy": 0.5, "Alpha": 2.0}),
+        ("DRAINE", {"Anisotropy": 0.5, "Alpha": 0.0}),
+    ],
+)
+def test_other_phases(convert, phase, inputs) -> None:
+    """Henyey & Greenstein's of the same mean cosine, by a sum over angles, or backscatter."""
+    material, tree = new_material()
+    node = add_node(tree, SCATTERS)
+    if not hasattr(node, "phase"):
+        pytest.skip("Blender 4.3 on")
+    node.phase = phase
+    for name, value in inputs.items():
+        node.inputs[name].default_value = value
+    finish(tree, node, "Volume")
+    g = convert(material)[0].medium.anisotropy
+    cosine = np.linspace(-1.0, 1.0, 20001)
+    if phase == "FOURNIER_FORAND":
+        own = (1 - g * g) / (1 + g * g - 2 * g * cosine) ** 1.5
+        assert own[cosine < 0].sum() / own.sum() == pytest.approx(0.1, abs=2e-3)
+    else:
+        base = 1 + 0.25 - 2 * 0.5 * cosine
+        own = (1 + inputs["Alpha"] * cosine**2) / base**1.5
+        assert g == pytest.approx((own * cosine).sum() / own.sum(), abs=2e-3)
+
+
 def test_sums_and_mixtures(convert) -> None:
     """Add and Mix Shaders add coefficients; anisotropies become one, with a word."""
     material, tree = new_material("Fog")

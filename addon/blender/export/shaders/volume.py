@@ -17,8 +17,9 @@ from ..own_program import own_program
 from ..programs import ZERO, Program, Value, math
 from .emission import radiance
 
-# What stands for other phase functions: Henyey & Greenstein's of their own anisotropy, or of this.
-PHASES = {"RAYLEIGH": 0.0, "MIE": 0.85, "FOURNIER_FORAND": 0.9}
+# What stands for other phase functions: Henyey & Greenstein's of this anisotropy; or, of Draine's
+# and Fournier & Forand's, of the same mean cosine, or as much that goes back.
+PHASES = {"RAYLEIGH": 0.0, "MIE": 0.85}
 # The constant of Stefan and Boltzmann over pi, times 1e-6, as Cycles has it.
 STEFAN = 5.670373e-14 / np.pi
 MIXED = ("MIX_SHADER", "ADD_SHADER")
@@ -160,11 +161,33 @@ def _anisotropy(graph: Graph, node: bpy.types.Node, scope: Scope) -> float:
         graph.notes.approximated(graph.owner, f"Phase {phase.title().replace('_', '-')}", what)
     if phase in PHASES:
         return PHASES[phase]
-    found = _finite(graph.input(node, "Anisotropy", scope, 0.0))
-    if found.is_constant:
-        return found.number
-    graph.notes.approximated(graph.owner, "Anisotropy", "it differs from place to place: 0 is used")
-    return 0.0
+    names = {"FOURNIER_FORAND": ("Backscatter",), "DRAINE": ("Anisotropy", "Alpha")}
+    found = [
+        _finite(graph.input(node, name, scope, 0.0)) for name in names.get(phase, ("Anisotropy",))
+    ]
+    if not all(value.is_constant for value in found):
+        what = "it differs from place to place: 0 is used"
+        graph.notes.approximated(graph.owner, "Anisotropy", what)
+        return 0.0
+    first, *others = (value.number for value in found)
+    if phase == "FOURNIER_FORAND":
+        return _anisotropy_of_backscatter(first)
+    return _mean_cosine(first, *others)
+
+
+def _mean_cosine(g: float, alpha: float = 0.0) -> float:
+    """Of Draine's phase function (2003)."""
+    return g * (1.0 + alpha * (3.0 + 2.0 * g * g) / 5.0) / (1.0 + alpha * (1.0 + 2.0 * g * g) / 3.0)
+
+
+def _anisotropy_of_backscatter(share: float) -> float:
+    """Of Henyey & Greenstein's that sends this share back."""
+    low, high = 1e-6, MOST_ANISOTROPY
+    for _ in range(40):
+        g = (low + high) / 2.0
+        back = (1.0 - g) / (2.0 * g) * ((1.0 + g) / np.sqrt(1.0 + g * g) - 1.0)
+        low, high = (g, high) if back > share else (low, g)
+    return low
 
 
 def _density(graph: Graph, node: bpy.types.Node, scope: Scope) -> Value:
