@@ -113,8 +113,8 @@ def test_renders_of_one_renderer_process(measured: Measured, thorough: bool) -> 
     more = abs(ours[-1] - ours[WARM]) + abs(handles[-1] - handles[WARM])
     assert measured(f"files and threads more after {renders * rounds}", more) == 0
     # What the cancelled render leaves is given back a little later: now and then it is seen. Pages
-    # that the C library keeps come in the first half: 173 to 188 MB after four rounds became 200 all
-    # the same.
+    # that the C library keeps come in the first half: 173 to 188 MB after four rounds became 200
+    # all the same.
     middle = max(WARM, rounds // 2)
     growth = statistics.median(resident[-5:]) - statistics.median(resident[middle - 2 : middle + 3])
     assert measured("renderer's memory more, in MB", growth / 1e6) <= MOST_LATER / 1e6
