@@ -316,8 +316,8 @@ def _of_scene(scene: SceneNeeds) -> Iterator[tuple[type[Kernel], Defines, Made]]
                 yield Generator, {**emitting, **aimed, **PORTALS_BY_SHARE_DEFINES}, scene.made
         smooth = replace(found, smooth=True)
         for bent in (smooth,) if alone else (found, smooth):
-            telling = replace(bent, rays_apart=True, linked=True, visibility=True)
-            apart = [telling] if scene.lobes and not alone else []
+            telling = replace(bent, linked=True, visibility=True)
+            apart = [telling, replace(bent, rays_apart=True)] * (scene.lobes > 0 and not alone)
             for one in (bent, *apart):
                 yield Emitted, one.emitted_defines, scene.made
                 yield Emitted, {**one.emitted_defines, "BY_KIND": 1}, scene.made

@@ -13,7 +13,10 @@ from pathlib import Path
 _INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$')
 _DEFINE = re.compile(r"^\s*#define\s+(\w+)", re.M)
 _UNDEFINE = re.compile(r"^\s*#undef\s+(\w+)")
-_CONDITION = re.compile(r"^\s*#(ifdef|ifndef|if|elif|else|endif)\b\s*(\w*)")
+_CONDITION = re.compile(r"^\s*#(ifdef|ifndef|if|elif|else|endif)\b\s*(.*?)\s*(?://.*)?$")
+# Of an #if: what hangs on nothing but whether names are defined.
+_DEFINED = re.compile(r"defined\s*\(\s*(\w+)\s*\)|defined\s+(\w+)")
+_LOGIC = re.compile(r"(?:True|False|and|or|not|[() ])*")
 # Mesa "0:31(5): error", glslang "ERROR: 0:31: ...", NVIDIA "0(31) : error"
 _PLACE = re.compile(r"\b0:(\d+)\b(?:\(\d+\))?|\b0\((\d+)\)")
 
@@ -97,9 +100,9 @@ class Source:
 def expand(path: str, header: str, made: Made | None = None) -> Source:
     """`header` followed by the file `path` (below the GLSL root) with its includes in place.
 
-    `made` are the files below made/. What stands behind an `#ifdef` or `#ifndef` that does not hold
-    is left out, and what it includes is not included. Raises StreamError naming the including file
-    and line for a file that is not there.
+    `made` are the files below made/. What stands behind an `#ifdef`, `#ifndef` or `#if` of what is
+    defined that does not hold is left out, and what it includes is not included. Raises StreamError
+    naming the including file and line for a file that is not there.
     """
     return _expanded(glsl_root(), path, header, tuple(sorted((made or {}).items())))
 
@@ -135,6 +138,7 @@ class _Text:
         self.lines: list[str] = []
         self.places: list[str] = []
         self._made, self._defined, self._seen = made, defined, set[str]()
+        self._taken: list[bool] = []  # of each condition under way: whether a branch of it was
 
     def append(self, path: str, asked_by: str) -> None:
         """A file, unless it is there: so nothing needs guards, and a cycle ends."""
@@ -167,25 +171,34 @@ class _Text:
         found = _CONDITION.match(line)
         if not found:
             return False
-        word, name = found[1], found[2]
-        if word in ("ifdef", "ifndef"):
-            assert self._defined is not None
-            around.append((name in self._defined) == (word == "ifdef"))
-            return True
-        if word == "if":
-            around.append(None)
-            return False
-        if around[-1] is None:  # an #elif, #else or #endif of an #if
-            if word == "endif":
-                around.pop()
-            return False
-        if word == "elif":
-            raise StreamError("an #ifdef has an #elif: use #if defined(...)")
-        if word == "else":
-            around[-1] = not around[-1]
-        else:
+        word, what = found[1], found[2]
+        if word in ("ifdef", "ifndef", "if"):
+            asked = {"if": what, "ifdef": f"defined({what})", "ifndef": f"!defined({what})"}[word]
+            around.append(self._holds(asked))
+            self._taken.append(around[-1] is True)
+            return around[-1] is not None
+        is_known = around[-1] is not None
+        if word == "endif":
             around.pop()
-        return True
+            self._taken.pop()
+        elif is_known:
+            holds = True if word == "else" else self._holds(what)
+            if holds is None:
+                raise StreamError(f"{line.strip()}: what is before it hangs on what is defined")
+            around[-1] = holds and not self._taken[-1]
+            self._taken[-1] |= holds
+        return is_known
+
+    def _holds(self, asked: str) -> bool | None:
+        """Whether a condition does; None where a driver has to say."""
+        assert self._defined is not None
+        defined = self._defined
+        if "GL_" in asked:  # extensions, which a driver has
+            return None
+        told = _DEFINED.sub(lambda found: f" {(found[1] or found[2]) in defined} ", asked)
+        # Of no other words than these, so Python may say.
+        told = told.replace("&&", " and ").replace("||", " or ").replace("!", " not ")
+        return bool(eval(told, {})) if _LOGIC.fullmatch(told) else None
 
     def _read(self, path: str, asked_by: str) -> str:
         if not path.startswith(MADE):

@@ -66,3 +66,39 @@ def test_a_folder_is_no_file(root: Path) -> None:
 def test_messages_of_three_drivers(log: str, explained: str) -> None:
     source = Source("", ("k.glsl (header, line 1)", "k.glsl:7", "lib/a.glsl:31"))
     assert source.explain(log) == explained
+
+
+@pytest.mark.parametrize(
+    ("defined", "kept"),
+    [
+        ({}, "none"),
+        ({"A": 1}, "first"),
+        ({"B": 1}, "first"),
+        ({"C": 1}, "second"),
+        ({"B": 1, "C": 1}, "first"),
+    ],
+)
+def test_conditions_of_what_is_defined(root: Path, defined: dict[str, int], kept: str) -> None:
+    """A file behind one that does not hold is not there, also for whoever includes it later."""
+    for name in ("first", "second", "none"):
+        write(root, f"lib/{name}.glsl", f"{name}\n")
+    branches = (
+        '#if defined(A) || (defined(B) && !defined(A))  // says why\n#include "lib/first.glsl"\n'
+    )
+    branches += (
+        '#elif defined(C)\n#include "lib/second.glsl"\n#else\n#include "lib/none.glsl"\n#endif\n'
+    )
+    write(root, "all.glsl", branches + '#include "lib/second.glsl"\n')
+    header = "".join(f"#define {name} {value}\n" for name, value in defined.items())
+    found = expand("all.glsl", header).text.splitlines()[len(defined) :]
+    assert found == [kept] + (["second"] if kept != "second" else [])
+
+
+def test_conditions_of_a_driver(root: Path) -> None:
+    """Versions and extensions are its own."""
+    text = "#if __VERSION__ >= 420\nnew\n#else\nold\n#endif\n#if defined(GL_some)\nsome\n#endif\n"
+    write(root, "all.glsl", text)
+    assert expand("all.glsl", "").text == text
+    write(root, "all.glsl", "#ifdef A\na\n#elif SIZE > 1\nb\n#endif\n")
+    with pytest.raises(StreamError, match="SIZE > 1"):
+        expand("all.glsl", "")
