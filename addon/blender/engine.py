@@ -24,6 +24,7 @@ from ..photon.scene import Scene
 from ..photon.settings import Region, Settings
 from .export import Report, SpecularModel, snapshot
 from .export.camera import frame_size
+from .export.unsupported import stores_denoising_data
 from .session import SESSION
 from .settings import mist_of, settings_from
 
@@ -93,11 +94,6 @@ def passes_of(view_layer: bpy.types.ViewLayer) -> list[Pass]:
     passes += [Pass(group_name(x.name), "RGB", "COLOR") for x in view_layer.lightgroups]
     passes += [ERROR] if own.use_pass_error else []
     return [*{entry.name: entry for entry in passes}.values()]  # Emission may be there twice
-
-
-def stores_denoising_data(view_layer: bpy.types.ViewLayer) -> bool:
-    """Whether it is to for Cycles."""
-    return bool(getattr(getattr(view_layer, "cycles", None), "denoising_store_passes", False))
 
 
 @dataclass

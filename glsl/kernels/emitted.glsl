@@ -21,7 +21,7 @@ bool lights_sender(Light light) {
 #else
     int source = int(load_origin().source);
 #endif
-    return source < 0 || lights_surface(light, triangle_at(source).surface);
+    return source < 0 || source >= int(NO_TRIANGLE) || lights_surface(light, triangle_at(source).surface);
 }
 #endif
 #ifdef WEIGHED
@@ -150,15 +150,15 @@ void kernel() {
 #else
         vec3 emission = material_at(int(triangle.material)).emission;
 #endif
-#ifdef WEIGHED
+#if defined(WEIGHED) || defined(LINKED)
         if (!is_of_eye && largest(emission) > 0.0) {
             int light = light_of_triangle(triangle.number);
-            emission *= weight_of_chain(light_at(light), light, origin, direction, density_of(load_throughput()));
-        }
-#endif
 #ifdef LINKED
-        if (!is_of_eye && largest(emission) > 0.0) {
-            if (!lights_sender(light_at(light_of_triangle(triangle.number)))) emission = vec3(0.0);
+            if (!lights_sender(light_at(light))) emission = vec3(0.0);
+#endif
+#ifdef WEIGHED
+            emission *= weight_of_chain(light_at(light), light, origin, direction, density_of(load_throughput()));
+#endif
         }
 #endif
 #ifdef MEDIA

@@ -251,7 +251,7 @@ def test_stereoscopy_is_refused(room) -> None:
 
 def test_report_reaches_panel_and_file(room, tmp_path) -> None:
     sun = add_light("Sun", "SUN")
-    sun.light_linking.receiver_collection = bpy.data.collections.new("Lit")
+    sun.light_linking.blocker_collection = bpy.data.collections.new("Shadowing")
     path = tmp_path / "report.json"
     room.photon_stream.report_path = str(path)
     bpy.ops.render.render()

@@ -94,37 +94,93 @@ def test_pictures(scene, export, cycles_mean, device, name, bounces) -> None:
     assert np.median(off) < 0.04 and np.percentile(off, 95) < 0.3
 
 
-def test_instances_go_by_their_instancer(export) -> None:
-    """And what is inside a collection by that."""
-    inside = bpy.data.collections.new("Inside")
-    part = bpy.data.objects.new("Part", add_mesh("Other").data)
-    inside.objects.link(part)
-    empty = add_object("Empty", None, instance_type="COLLECTION", instance_collection=inside)
-    lamp = add_light("Lamp", "POINT")
-    linked(lamp, "INCLUDE", empty)
-    scene, _ = export()
-    (light,) = scene.lights
-    sets = dict(zip(scene.surfaces, scene.linked.tolist(), strict=True))
-    assert sets == {"Other": 0, "Part": 1} and light.excludes == 1
+def collection_of(name: str, *objects: bpy.types.Object) -> bpy.types.Collection:
+    made = bpy.data.collections.new(name)
+    for obj in objects:
+        made.objects.link(obj)
+    return made
 
 
-def test_collections_in_collections(export) -> None:
-    """One that is excluded excludes all in it."""
-    first, second = add_mesh("First"), add_mesh("Second")
-    lamp = add_light("Lamp", "POINT")
-    linked(lamp, "INCLUDE")
+def instanced(name: str, *objects: bpy.types.Object) -> bpy.types.Object:
+    """What an empty places that stands for a collection."""
+    inside = collection_of(f"In {name}", *objects)
+    return add_object(name, None, instance_type="COLLECTION", instance_collection=inside)
+
+
+def one_in_an_included_collection_excluded(lamp, left, right) -> None:
+    linked(lamp, "EXCLUDE", left)
+    lamp.light_linking.receiver_collection.children.link(collection_of("Inner", left, right))
+
+
+def one_in_an_excluded_collection_included(lamp, left, right) -> None:
+    linked(lamp, "INCLUDE", left)
     outer = lamp.light_linking.receiver_collection
-    inner = bpy.data.collections.new("Inner")
-    outer.children.link(inner)
-    inner.objects.link(first)
+    outer.children.link(collection_of("Inner", left, right))
     outer.collection_children[0].light_linking.link_state = "EXCLUDE"
-    scene, _ = export()
-    sets = dict(zip(scene.surfaces, scene.linked.tolist(), strict=True))
-    assert sets == {first.name: 1, second.name: 0} and scene.lights[0].excludes == 2
+
+
+def states_within(lamp, left, right) -> None:
+    """Of a collection that is another light's: they are of no account here."""
+    inner = collection_of("Inner", left)
+    inner.collection_objects[0].light_linking.link_state = "EXCLUDE"
+    linked(lamp, "INCLUDE")
+    lamp.light_linking.receiver_collection.children.link(inner)
+
+
+def an_instancer_included(lamp, left, right) -> None:
+    for collection in left.users_collection:
+        collection.objects.unlink(left)
+    linked(lamp, "INCLUDE", instanced("Instancer", left))
+
+
+def an_instance_included(lamp, left, right) -> None:
+    linked(lamp, "INCLUDE", left)
+    for collection in bpy.context.scene.collection, *bpy.context.scene.collection.children:
+        if left.name in collection.objects:
+            collection.objects.unlink(left)
+    instanced("Instancer", left)
+
+
+def a_lamp_instanced(lamp, left, right) -> None:
+    linked(lamp, "INCLUDE", right)
+    for collection in bpy.context.scene.collection, *bpy.context.scene.collection.children:
+        if lamp.name in collection.objects:
+            collection.objects.unlink(lamp)
+    instanced("Instancer", lamp)
+
+
+@pytest.mark.parametrize(
+    "arrange",
+    [
+        one_in_an_included_collection_excluded,
+        one_in_an_excluded_collection_included,
+        states_within,
+        an_instancer_included,
+        an_instance_included,
+        a_lamp_instanced,
+    ],
+)
+def test_whom_it_is_about(scene, export, cycles_mean, device, arrange) -> None:
+    """Of two sheets each is lit, or not, as in Cycles."""
+    left, right = (
+        add_mesh(name, location=(x, 0, 0), scale=(0.9, 1, 1))
+        for name, x in (("Left", -1.0), ("Right", 1.0))
+    )
+    for sheet in (left, right):
+        sheet.data.materials.append(shader_material(DIFFUSE, Color=(0.6, 0.6, 0.6, 1)))
+    arrange(add_light("Lamp", "POINT", energy=100.0, location=(0, 0, 2)), left, right)
+    scene.camera.location.z, scene.camera.data.lens = 5.0, 40.0
+    scene.render.resolution_x = scene.render.resolution_y = 16
+    ours = render(device, export()[0], width=16, height=16, passes=1, photons=0)["Combined"]
+    found, shown = (
+        [half[..., :3].mean() > 0.01 for half in np.split(x, 2, axis=1)]
+        for x in (ours, cycles_mean(4, 0))
+    )
+    assert found == shown and any(shown) and not all(shown)
 
 
 def test_too_many_sets(export) -> None:
-    """It is said; what is too much is lit by all."""
+    """It is said; what is too much is lit as what no collection names."""
     for number in range(MOST_LINKED_SETS + 2):
         lamp = add_light(f"Lamp {number}", "POINT")
         linked(lamp, "EXCLUDE", add_mesh(f"Thing {number}"))

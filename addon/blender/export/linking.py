@@ -28,14 +28,15 @@ class Linking:
     def __init__(self, depsgraph: bpy.types.Depsgraph, notes: Notes) -> None:
         """What is too much is noted."""
         self._members: dict[Named, Members] = {}
-        for obj in depsgraph.objects:
+        # What is placed by instances alone is none of the depsgraph's objects.
+        for obj in (x for x in depsgraph.ids if isinstance(x, bpy.types.Object)):
             if receivers := _receivers(obj.original):
                 self._members[_named(obj.original)] = dict(_members(receivers))
         named = dict.fromkeys(name for some in self._members.values() for name in some)
         kinds = [tuple(some.get(name) for some in self._members.values()) for name in named]
         sets = dict.fromkeys([(None,) * len(self._members), *kinds])
         if len(sets) > MOST_LINKED_SETS:
-            what = f"{len(sets)} sets of objects, the first {MOST_LINKED_SETS} are told apart"
+            what = f"{len(sets)} sets of objects: from {MOST_LINKED_SETS} on, as no collection's"
             notes.approximated(f"Scene '{depsgraph.scene.name}'", "Light Linking", what)
         numbers = {kind: number for number, kind in enumerate(list(sets)[:MOST_LINKED_SETS])}
         self._sets = {name: numbers.get(kind, 0) for name, kind in zip(named, kinds, strict=True)}
@@ -49,12 +50,14 @@ class Linking:
         }
 
     def set_of(self, instance: bpy.types.DepsgraphObjectInstance) -> int:
-        """The set that an object or instance is in; it is its instancer's."""
-        return self._sets.get(_named(_whose(instance)), 0)
+        """The set that an object or instance is in: its instancer's, if that is in any."""
+        placed_by = instance.parent if instance.is_instance else instance.object
+        own = self._sets.get(_named(instance.object.original), 0)
+        return self._sets.get(_named(placed_by.original), 0) or own
 
     def excluded_by(self, instance: bpy.types.DepsgraphObjectInstance) -> int:
         """Bits of sets that the light of an object or instance does not light."""
-        return self._excluded.get(_named(_whose(instance)), 0)
+        return self._excluded.get(_named(instance.object.original), 0)
 
 
 def linked_arrays(links: list[tuple[int, int]]) -> dict[str, NDArray[Any]]:
@@ -73,10 +76,6 @@ def _lights(state: bool | None, states: set[bool]) -> bool:
     return state is not False
 
 
-def _whose(instance: bpy.types.DepsgraphObjectInstance) -> bpy.types.Object:
-    return (instance.parent if instance.is_instance else instance.object).original
-
-
 def _named(obj: bpy.types.Object) -> Named:
     return obj.name, obj.library.filepath if obj.library else ""
 
@@ -86,13 +85,11 @@ def _receivers(obj: bpy.types.Object) -> bpy.types.Collection | None:
     return linking.receiver_collection if linking else None
 
 
-def _members(
-    collection: bpy.types.Collection, is_included: bool = True
-) -> Iterator[tuple[Named, bool]]:
-    """What is in it, and in those that are in it; what one excludes it does with all that is in
-    that."""
-    for obj, entry in zip(collection.objects, collection.collection_objects, strict=True):
-        yield _named(obj), is_included and entry.light_linking.link_state == "INCLUDE"
+def _members(collection: bpy.types.Collection) -> Iterator[tuple[Named, bool]]:
+    """What is in collections in it, each by the state of its own, and then what is in it itself:
+    the last one counts."""
     for child, entry in zip(collection.children, collection.collection_children, strict=True):
-        state = is_included and entry.light_linking.link_state == "INCLUDE"
-        yield from _members(child, state)
+        for obj in child.all_objects:
+            yield _named(obj), entry.light_linking.link_state == "INCLUDE"
+    for obj, entry in zip(collection.objects, collection.collection_objects, strict=True):
+        yield _named(obj), entry.light_linking.link_state == "INCLUDE"

@@ -71,8 +71,7 @@ def _note_passes(scene: bpy.types.Scene, layer: bpy.types.ViewLayer, notes: Note
     if layer.use_pass_environment and scene.render.film_transparent:
         what = "empty, for the film is transparent"
         notes.ignored(f"View Layer '{layer.name}'", "Pass Environment", what)
-    stores_data = getattr(getattr(layer, "cycles", None), "denoising_store_passes", False)
-    if stores_data and scene.photon_stream.denoise:
+    if stores_denoising_data(layer) and scene.photon_stream.denoise:
         what = "denoised already, as Combined is"
         notes.approximated(f"View Layer '{layer.name}'", "Pass Noisy Image", what)
     if layer.samples > 0:
@@ -81,6 +80,11 @@ def _note_passes(scene: bpy.types.Scene, layer: bpy.types.ViewLayer, notes: Note
     if layer.aovs:
         names = ", ".join(entry.name for entry in layer.aovs)
         notes.ignored(f"View Layer '{layer.name}'", "Shader AOVs", f"{names}: not rendered")
+
+
+def stores_denoising_data(layer: bpy.types.ViewLayer) -> bool:
+    """Whether Cycles' Denoising Data are asked for."""
+    return bool(getattr(getattr(layer, "cycles", None), "denoising_store_passes", False))
 
 
 def note_object(obj: bpy.types.Object, name: str, notes: Notes) -> None:

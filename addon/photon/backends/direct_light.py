@@ -15,7 +15,7 @@ from ...streams import Device, Kernel, PingPong, Stream
 from ...streams.device import Layer
 from ..kernels.direct import Direct, ShadowLeft, ShadowRays, ShadowThrough
 from ..kernels.launch import Streams, launch
-from ..kernels.lights import LIGHT_SURFACES
+from ..kernels.lights import IS_ASKED
 from ..kernels.records import (
     CHAIN,
     HIT,
@@ -161,7 +161,7 @@ class TracedDirectLight:
         """The rays of a point: by which program each is aimed; its number, of a ray to a light that
         is asked the light's, and below 0 of one more to the world; and 1: it goes by a lobe."""
         lights, asked = tables.lights, tables.asked.lights
-        asked = asked[lights["found_by"][asked].astype(int) & LIGHT_SURFACES > 0]
+        asked = asked[lights["found_by"][asked].astype(int) & IS_ASKED > 0]
         rays = [(int(lights["kind"][number]), int(number), 0) for number in asked]
         world = int(lights["kind"][tables.world_light])
         rays += [(world, -more, 0) for more in range(1, tables.world_rays)]

@@ -7,7 +7,7 @@ from .records import LIGHT, LIGHT_LIMIT, LIGHT_NODE, LIGHT_PLACE, PORTAL, PROFIL
 
 # Bits of a light's found_by in GLSL (lib/light.glsl).
 FOUND_BITS = {name: 1 << bit for bit, name in enumerate(FOUND_BY)}
-LIGHT_SURFACES = sum(FOUND_BITS[name] for name in LIT)  # one of them: shadow rays ask it
+IS_ASKED = sum(FOUND_BITS[name] for name in LIT)  # one of them: shadow rays ask it
 IS_SOFT, IS_GLOW, EXCLUDES = (1 << (len(FOUND_BY) + bit) for bit in range(3))
 LIGHT_DEFINES = (
     "PROFILES",

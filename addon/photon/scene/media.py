@@ -70,6 +70,11 @@ class Medium:
         return _may_be(self.emission)
 
     @property
+    def absorbs(self) -> bool:
+        """Whether some light ends in it."""
+        return _may_be(self.absorption)
+
+    @property
     def scatters(self) -> bool:
         """Whether it scatters light on."""
         return _may_be(self.scattering)

@@ -247,9 +247,11 @@ def _affordable(boxes: dict[int, _Box]) -> dict[int, _Box]:
 
 def _voxels(number: int, box: _Box, cells: int) -> int:
     """How many it has at most, and what is beyond it, if it is about all: three a place of what is
-    lost, of what of that is scattered, and of what is emitted."""
+    lost, of what of that is scattered if not all is, and of what is emitted."""
     beyond = (FAR_CELLS + 1) ** 3 if number == AIR else 0
-    return (9 if box.medium.glows else 6) * (int(np.prod(_counts(box, cells))) + beyond)
+    medium = box.medium
+    kinds = 1 + (medium.absorbs and medium.scatters) + medium.glows
+    return 3 * kinds * (int(np.prod(_counts(box, cells))) + beyond)
 
 
 def _counts(box: _Box, cells: int) -> tuple[int, int, int]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ...streams import TABLE_WIDTH, Defines, Device
 from ...streams.device import Layer
-from ..kernels.lights import LIGHT_SURFACES
+from ..kernels.lights import IS_ASKED
 from ..kernels.records import PORTAL
 from ..scene import Light, Scene
 from .aims import Aims
@@ -307,7 +307,7 @@ class Tables:
         """The number of the only world that shadow rays go to; -1: there is none, or several."""
         kinds = [kind.number for kind in light_kinds().values() if kind.is_world]
         asked = self.asked.lights
-        found = self.lights["found_by"][asked].astype(int) & LIGHT_SURFACES > 0
+        found = self.lights["found_by"][asked].astype(int) & IS_ASKED > 0
         worlds = asked[found & np.isin(self.lights["kind"][asked], kinds)]
         return int(worlds[0]) if len(worlds) == 1 else -1
 

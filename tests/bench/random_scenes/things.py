@@ -50,7 +50,7 @@ def build(seed: int) -> Any:
     _camera(dice, scene)
     _settings(scene)
     fill(seed, scene, materials)
-    _link(random.Random(-seed), scene)
+    _link(random.Random(f"links {seed}"), scene)
     return scene
 
 
