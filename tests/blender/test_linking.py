@@ -107,6 +107,15 @@ def instanced(name: str, *objects: bpy.types.Object) -> bpy.types.Object:
     return add_object(name, None, instance_type="COLLECTION", instance_collection=inside)
 
 
+def taken_out(obj: bpy.types.Object) -> bpy.types.Object:
+    """Out of the scene's own collections."""
+    whole = bpy.context.scene.collection
+    for collection in (whole, *whole.children):
+        if obj.name in collection.objects:
+            collection.objects.unlink(obj)
+    return obj
+
+
 def one_in_an_included_collection_excluded(lamp, left, right) -> None:
     linked(lamp, "EXCLUDE", left)
     lamp.light_linking.receiver_collection.children.link(collection_of("Inner", left, right))
@@ -128,25 +137,17 @@ def states_within(lamp, left, right) -> None:
 
 
 def an_instancer_included(lamp, left, right) -> None:
-    for collection in left.users_collection:
-        collection.objects.unlink(left)
-    linked(lamp, "INCLUDE", instanced("Instancer", left))
+    linked(lamp, "INCLUDE", instanced("Instancer", taken_out(left)))
 
 
 def an_instance_included(lamp, left, right) -> None:
     linked(lamp, "INCLUDE", left)
-    for collection in bpy.context.scene.collection, *bpy.context.scene.collection.children:
-        if left.name in collection.objects:
-            collection.objects.unlink(left)
-    instanced("Instancer", left)
+    instanced("Instancer", taken_out(left))
 
 
 def a_lamp_instanced(lamp, left, right) -> None:
     linked(lamp, "INCLUDE", right)
-    for collection in bpy.context.scene.collection, *bpy.context.scene.collection.children:
-        if lamp.name in collection.objects:
-            collection.objects.unlink(lamp)
-    instanced("Instancer", lamp)
+    instanced("Instancer", taken_out(lamp))
 
 
 @pytest.mark.parametrize(
