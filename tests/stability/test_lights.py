@@ -189,14 +189,14 @@ def two_rooms(powers: tuple[float, float]) -> Scene:
 @pytest.mark.stability(36)
 def test_a_bright_light_and_a_faint_one(device: Device, measured: Measured) -> None:
     """Light adds up at any ratio: the faint one gets photons of its own."""
-    settings: dict[str, Any] = {"photons": 40000, "radius": 0.2, "passes": 4}
+    settings: dict[str, Any] = {"photons": 40000, "radius": 0.2, "passes": 64}
     alone = render_clean(device, two_rooms((0.0, 1.0)), **settings)
     for bright in (1e2, 1e9):
         both = render_clean(device, two_rooms((bright, 1.0)), **settings)
         error = np.abs(both["Direct"] / alone["Direct"] - 1).max()
         assert measured("direct light", error, "%") <= 0.01
         off = abs(both["Indirect"].mean() / alone["Indirect"].mean() - 1)
-        assert measured("what photons bring", off, "%") <= 0.05
+        assert measured("what photons bring", off, "%") <= 0.01
     # In one room the sum is what counts, and the faint light is nothing in it.
     b = Builder().box((-1, -1, -1), (1, 1, 1))
     view = orthographic((0, 0, 0), (1, 0, 0), (0, 0, 1), 1.8)
